@@ -1,5 +1,6 @@
 //! Fields that stand still while the device moves: a reference that has ended, an axis or a wheel that is not connected.
 
+mod course;
 mod stands;
 
 pub(crate) use stands::without as without_standing;
@@ -63,27 +64,36 @@ fn is_still(column: &Column) -> bool {
 /// Takes readings that never change from what is identified, where their reference does.
 fn dead(dataset: &mut Dataset) -> Result<(), IdentifyError> {
     let columns = dataset.columns.iter().filter(|column| is_still(column));
-    let moves = |column: &Column| -> Option<(String, String)> {
-        let reference = reference_of(dataset, column)?;
-        (!is_still(reference)).then(|| (column.name.clone(), reference.name.clone()))
+    let wrong = |column: &Column| {
+        let (name, reference) = (column.name.clone(), reference_of(dataset, column)?);
+        (!is_still(reference)).then(|| Wrong {
+            told: format!("`{name}` never changes, though its reference `{}` does", reference.name),
+            advice: format!("check the wiring of `{name}`, or name the column that measures"),
+            name,
+        })
     };
-    let told = |(name, reference): (String, String)| {
-        let told = format!("`{name}` never changes, though its reference `{reference}` does");
-        (name, told)
-    };
-    leave_out(dataset, columns.filter_map(moves).map(told).collect())
+    leave_out(dataset, columns.filter_map(wrong).collect())
 }
 
 fn is_read(column: &Column) -> bool {
     column.role.is_gyro() || column.role == Role::Measured
 }
 
-/// Takes these readings out of `dataset`, each with what is wrong with it.
-fn leave_out(dataset: &mut Dataset, wrong: Vec<(String, String)>) -> Result<(), IdentifyError> {
-    for (name, told) in wrong {
+/// Readings that cannot be identified.
+struct Wrong {
+    name: String,
+    /// What is wrong with them.
+    told: String,
+    /// What to do.
+    advice: String,
+}
+
+/// Takes these readings out of `dataset`.
+fn leave_out(dataset: &mut Dataset, wrong: Vec<Wrong>) -> Result<(), IdentifyError> {
+    for Wrong { name, told, advice } in wrong {
         let is_other = |one: &&Column| is_read(one) && one.name != name;
         if dataset.kind != Kind::Odometry && dataset.columns.iter().filter(is_other).count() == 0 {
-            return Err(IdentifyError::Data(told));
+            return Err(IdentifyError::Data(format!("{told}: {advice}")));
         }
         dataset.columns.retain(|one| one.name != name);
         dataset.notices.push(format!("{told}: it is left out"));

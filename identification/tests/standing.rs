@@ -90,6 +90,70 @@ fn poses_that_stand_while_the_wheels_drive_are_told_and_the_reverse() {
     assert!(told.starts_with("the wheels stand still while the reference of the path moves by"));
 }
 
+/// A gauge at 2 Hz for half an hour, and what else was recorded.
+fn gauge(unit: Unit, reads: &dyn Fn(f64) -> f64, truth: f64, beside: Vec<Column>) -> Dataset {
+    let rows = 3600;
+    let times: Vec<f64> = (0..rows).map(|row| f64::from(row) * 0.5).collect();
+    let readings = times.iter().zip(noise(times.len(), 0.02)).map(|(t, noise)| reads(*t) + noise);
+    let mut columns = vec![
+        Column::new("gauge", Role::Measured, unit, readings.collect()),
+        Column::new("truth", Role::Reference, unit, vec![truth; times.len()]),
+        Column::new("time", Role::Time, Unit::Second, times),
+    ];
+    columns.extend(beside);
+    let run = (0..3600).map(|row| row / 900).collect();
+    Dataset::new("gauge", identification::dataset::Kind::Sensor, columns, run)
+}
+
+/// A reference that was never connected: waves of what is measured, or its levels.
+#[test]
+fn a_reference_that_stands_beside_any_sensor_that_moves_is_told() {
+    let wave = |t: f64| 3.0 + 2.0 * (t / 11.0).sin() + (t / 4.7).cos();
+    let levels = |t: f64| 3.0 + 2.0 * (7.3 * (t / 30.0).floor()).sin();
+    let supply = || {
+        let values = noise(3600, 0.01).iter().map(|noise| 12.0 + noise).collect();
+        vec![Column::new("supply", Role::Auxiliary, Unit::Volt, values)]
+    };
+    let told = "the reference `truth` does not move while `gauge` moves by ";
+    let advice = "give the column that measures what `gauge` does as its reference";
+    for truth in [0.0, 1e-4, 3.0] {
+        for reads in [&wave as &dyn Fn(f64) -> f64, &levels] {
+            for beside in [vec![], supply()] {
+                let said = refused(&gauge(Unit::Volt, reads, truth, beside));
+                assert!(said.contains(told) && said.contains(advice), "{truth}: {said}");
+            }
+        }
+    }
+    // An angle has no zero of its own: 20 deg to each side.
+    let said = refused(&gauge(Unit::Radian, &|t| 0.15 * (wave(t) - 3.0), 1.2, vec![]));
+    assert!(said.contains(told), "{said}");
+}
+
+/// Beside a constant reference, at zero or not, a sensor at rest shows what moves it, and its slow noise.
+#[test]
+fn a_sensor_at_rest_is_no_sensor_that_moves() {
+    let heat = |t: f64| 25.0 + 5.0 * (t / 30.0).sin();
+    let times = || (0..3600).map(|row| f64::from(row) * 0.5);
+    for (role, unit) in [(Role::Temperature, Unit::Celsius), (Role::Auxiliary, Unit::Volt)] {
+        for truth in [0.0, 3.0] {
+            let cause = vec![Column::new("cause", role, unit, times().map(heat).collect())];
+            let reads = |t: f64| truth + 0.4 * (heat(t) - 25.0);
+            let finding = found(&gauge(Unit::Volt, &reads, truth, cause)).finding;
+            assert!(finding.effects[0].drivers[0].contains("cause"), "{:?}", finding.effects);
+        }
+    }
+    for truth in [0.0, 1e-4, 3.0] {
+        let mut slow = gauge(Unit::Volt, &|_| truth, truth, vec![]);
+        let mut level = 0.0;
+        for (value, step) in slow.columns[0].values.iter_mut().zip(noise(3600, 0.2)) {
+            level = 0.98 * level + step;
+            *value += level;
+        }
+        let identified = identify(&slow, None, &Options::default(), &mut |_, _| ());
+        assert!(identified.is_ok(), "{truth}: {:?}", identified.err());
+    }
+}
+
 /// 10 deg/s over 10 K, there and back nine times: more than most gyros turn by.
 #[test]
 fn a_bias_that_swings_with_the_temperature_is_no_motion() {

@@ -1,7 +1,8 @@
 //! Readings that move beside a reference that stands still, and readings that stand still beside one that moves. Such fields do
 //! not belong together, and nothing that is wrong with a sensor explains it.
 
-use super::{is_read, leave_out};
+use super::course::is_course;
+use super::{Wrong, is_read, is_still, leave_out};
 use crate::corrections::{Correction, Poses, applied};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role};
 use crate::error::IdentifyError;
@@ -28,6 +29,8 @@ const COUNTS: f64 = 30.0;
 /// Least motion of an angle that no error of a sensor explains, rad, and of any other sensor, as a share of its reference.
 const ANGLE: f64 = 0.5;
 const SHARE: f64 = 0.2;
+/// The same beside a reference near zero, and of an angle, over the noise of a block: nothing else tells what is large.
+const FAR: f64 = 10.0;
 /// Share of the motion that what warms a sensor or feeds it may leave for a cause.
 const LEAVES: f64 = 0.5;
 
@@ -39,12 +42,15 @@ const LEAVES: f64 = 0.5;
 pub(crate) fn without(dataset: &mut Dataset, right: &[Correction]) -> Result<(), IdentifyError> {
     let right = applied(dataset, right);
     let readings = right.columns.iter().filter(|column| is_read(column));
-    let told = |column: &Column| Some((column.name.clone(), told(&right, column)?));
-    leave_out(dataset, readings.filter_map(told).collect())
+    let wrong = |column: &Column| {
+        let [told, advice] = told(&right, column)?;
+        Some(Wrong { name: column.name.clone(), told, advice })
+    };
+    leave_out(dataset, readings.filter_map(wrong).collect())
 }
 
-/// What is wrong with the readings in `column`, if they and their reference do not move together.
-fn told(dataset: &Dataset, column: &Column) -> Option<String> {
+/// What is wrong with the readings in `column`, if they and their reference do not move together, and what to do.
+fn told(dataset: &Dataset, column: &Column) -> Option<[String; 2]> {
     let mine = |one: &&Column| Axis::agree(one.axis, column.axis);
     let [first, second] = match dataset.kind {
         Kind::Sensor => [Role::Reference; 2],
@@ -63,24 +69,29 @@ fn told(dataset: &Dataset, column: &Column) -> Option<String> {
     let is_count = column.unit.dimension() == Dimension::Count;
     let truth_moves = truth.moves() > NOISE * truth.noise;
     if truth_moves && !is_count && read.moves() < STANDS * truth.moves() {
-        return Some(format!(
-            "`{}` does not move while its reference `{}` moves by {:.3} {}",
-            column.name,
-            reference.name,
-            truth.span() / truth.unit.1,
-            truth.unit.0
-        ));
+        let (read, reference) = (&column.name, &reference.name);
+        let (span, unit) = (truth.span() / truth.unit.1, &truth.unit.0);
+        return Some([
+            format!(
+                "`{read}` does not move while its reference `{reference}` moves by {span:.3} {unit}"
+            ),
+            format!(
+                "check the wiring of `{read}`, or name the column that belongs to `{reference}`"
+            ),
+        ]);
     }
     let stands = if is_count { !truth_moves } else { truth.moves() < STANDS * read.moves() };
     (stands && is_motion(dataset, column, &read, median(truth.values.clone()))).then(|| {
         let verb = if dataset.kind == Kind::Sensor { "moves" } else { "turns" };
-        format!(
-            "the reference `{}` does not move while `{}` {verb} by {:.3} {}",
-            reference.name,
-            column.name,
-            read.span() / read.unit.1,
-            read.unit.0
-        )
+        let (moves, still) = (&column.name, &reference.name);
+        let (span, unit) = (read.span() / read.unit.1, &read.unit.0);
+        [
+            format!("the reference `{still}` does not move while `{moves}` {verb} by {span:.3} {unit}"),
+            format!(
+                "give the column that measures what `{moves}` does as its reference, or, if the device was at rest, what \
+                 moved it as a temperature or an auxiliary"
+            ),
+        ]
     })
 }
 
@@ -135,11 +146,20 @@ fn is_motion(dataset: &Dataset, column: &Column, read: &Course, truth: f64) -> b
         return false;
     }
     match (dataset.kind, column.unit.dimension()) {
-        (Kind::Sensor, Dimension::Angle) => return moves > ANGLE,
-        (Kind::Sensor, _) => {
-            let is_cause = |one: &Column| matches!(one.role, Role::Heading | Role::Auxiliary);
-            if !(truth.abs() > 0.0 && moves > SHARE * truth.abs())
-                || dataset.columns.iter().any(is_cause)
+        (Kind::Sensor, dimension) => {
+            let is_angle = dimension == Dimension::Angle;
+            if is_angle && moves > ANGLE {
+                return true;
+            }
+            // Over a turn a sensor may be wrong in cycles.
+            if dataset.columns_of(Role::Heading).any(|one| !is_still(one)) {
+                return false;
+            }
+            // The zero of an angle is arbitrary.
+            let has_scale = !is_angle && truth.abs() > SHARE * moves;
+            if has_scale && !(moves > SHARE * truth.abs())
+                || !has_scale && !(moves > FAR * read.noise)
+                || !is_course(&read.values, &dataset.run_of_row)
             {
                 return false;
             }
@@ -157,14 +177,17 @@ fn is_motion(dataset: &Dataset, column: &Column, read: &Course, truth: f64) -> b
     times >= TIMES && left_by_causes(dataset, read) > LEAVES
 }
 
-/// Share of the squares of `read` that temperatures, voltages and currents leave.
+/// Share of the squares of `read` that temperatures, voltages and currents leave, and of any sensor all that was recorded beside it.
 fn left_by_causes(dataset: &Dataset, read: &Course) -> f64 {
     let bears = |column: &&Column| {
         let unit = column.unit.dimension();
-        matches!(unit, Dimension::Temperature | Dimension::Voltage | Dimension::Current)
+        let is_beside = dataset.kind == Kind::Sensor && column.role == Role::Auxiliary;
+        is_beside
+            || matches!(unit, Dimension::Temperature | Dimension::Voltage | Dimension::Current)
     };
     let mut columns = vec![vec![1.0; read.blocks.len()]];
-    for column in dataset.columns.iter().filter(bears) {
+    let others = dataset.columns.iter().filter(|one| !is_read(one) && !one.role.is_reference());
+    for column in others.filter(bears) {
         let level = Course::new(dataset, column).at(&read.rows);
         columns.push(level.iter().map(|value| value * value).collect());
         columns.push(level);
