@@ -12,6 +12,7 @@ use crate::outliers::{self, Wild};
 use crate::problem::{Block, Known, Problem};
 use crate::select::{Asked, BlockFit, agreed, fewer, is_against};
 use crate::set_right::{set_right, worthwhile};
+use crate::settling::{self, Unsettled};
 use crate::{corrections, outcome, still, unreferenced};
 
 pub use crate::assemble::Identified;
@@ -35,17 +36,31 @@ pub fn identify(
     model.map_or(Ok(()), |model| outcome::is_of_kind(model, dataset))?;
     progress(0.0, "reading");
     let (mut dataset, mut told) = without_outliers(dataset, model)?;
-    let (mut identified, wild) = once(&dataset, model, options, progress)?;
+    let mut found = once(&dataset, model, options, progress)?;
     // What an effect hid shows once the effect is known.
-    if !wild.is_empty() {
-        outliers::set_aside(&mut dataset, &wild);
-        outliers::join(&mut told, wild);
-        identified = once(&dataset, model, options, progress)?.0;
+    if !found.wild.is_empty() {
+        outliers::set_aside(&mut dataset, &found.wild);
+        outliers::join(&mut told, found.wild);
+        found = once(&dataset, model, options, progress)?;
     }
     // What is late shows what was before the record, which the reference does not say.
-    if model.is_none() && unreferenced::set_aside(&mut dataset, &identified.model) {
-        identified = once(&dataset, model, options, progress)?.0;
+    if model.is_none() && unreferenced::set_aside(&mut dataset, &found.identified.model) {
+        found = once(&dataset, model, options, progress)?;
     }
+    // A lag shows it as well, until it has settled.
+    for _ in 0..SETTLING_ROUNDS {
+        if model.is_some() || found.unsettled.is_empty() {
+            break;
+        }
+        let mut less = dataset.clone();
+        settling::set_aside(&mut less, &found.unsettled);
+        let settled = once(&less, model, options, progress)?;
+        if !found.unsettled.iter().all(|one| settling::is_same(one, &settled.terms)) {
+            break;
+        }
+        (dataset, found) = (less, settled);
+    }
+    let mut identified = found.identified;
     progress(1.0, "done");
     identified.finding.set_aside = told;
     Ok(identified)
@@ -86,6 +101,9 @@ fn without_outliers(
     Ok((dataset, told))
 }
 
+/// Rounds in which readings of a lag that has not settled show: its time constant was told from them as well.
+const SETTLING_ROUNDS: usize = 3;
+
 /// Rounds in which outliers that larger ones hid are found beside the plain model.
 const OUTLIER_ROUNDS: usize = 3;
 
@@ -97,13 +115,24 @@ fn plain_outliers(dataset: &Dataset, model: Option<&Model>) -> Result<Vec<Wild>,
     Ok(outliers::find(dataset, &problem, &terms).0)
 }
 
-/// Identification of `dataset` as it is; outliers that show beside what was found are returned as well.
+/// What one identification finds.
+struct Once {
+    identified: Identified,
+    /// Terms of all quantities.
+    terms: Vec<Shape>,
+    /// Outliers that show beside them.
+    wild: Vec<Wild>,
+    /// Readings of lags that have not settled.
+    unsettled: Vec<Unsettled>,
+}
+
+/// Identification of `dataset` as it is.
 fn once(
     dataset: &Dataset,
     model: Option<&Model>,
     options: &Options,
     progress: Progress<'_>,
-) -> Result<(Identified, Vec<Wild>), IdentifyError> {
+) -> Result<Once, IdentifyError> {
     // A given model already holds its corrections.
     let corrections = model.map_or_else(
         || worthwhile(dataset, corrections::find(dataset)),
@@ -178,7 +207,8 @@ fn once(
         identified.finding.left.extend(left);
         identified.finding.verdict = Verdict::StructureLeft;
     }
-    Ok((identified, wild))
+    let unsettled = if is_plain { settling::unsettled(problem.kind, &done) } else { Vec::new() };
+    Ok(Once { identified, terms: terms.concat(), wild, unsettled })
 }
 
 fn fits<'a>(done: &'a [Done<'_>]) -> Vec<&'a BlockFit> {

@@ -33,6 +33,7 @@ mod robust;
 mod rounding;
 mod select;
 mod set_right;
+mod settling;
 mod signal;
 mod significance;
 mod still;

@@ -8,10 +8,10 @@ use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 
 /// Number of sets, and of those whose intervals must hold: fewer than ten hold in one of 80 times, where 95 % do.
-const SETS: u64 = 12;
+pub const SETS: u64 = 12;
 const HELD: usize = 10;
 
-fn noise(seed: u64) -> impl FnMut() -> f64 {
+pub fn noise(seed: u64) -> impl FnMut() -> f64 {
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
     move || StandardNormal.sample(&mut random)
 }
@@ -30,13 +30,13 @@ fn found(dt: f64, readings: Vec<f64>, truth: Vec<f64>) -> Finding {
     identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
 }
 
-fn parameter<'a>(finding: &'a Finding, effect: &str, name: &str) -> &'a Parameter {
+pub fn parameter<'a>(finding: &'a Finding, effect: &str, name: &str) -> &'a Parameter {
     let effect = finding.effects.iter().find(|one| one.name == effect).unwrap();
     effect.parameters.iter().find(|one| one.name == name).unwrap()
 }
 
 /// Asserts that intervals of two standard errors hold the true values, in most sets, and are no wider than `most`.
-fn assert_held(all: &[(f64, &Parameter)], most: f64) {
+pub fn assert_held(all: &[(f64, &Parameter)], most: f64) {
     let errors: Vec<f64> = all.iter().map(|(_, one)| one.standard_error.unwrap()).collect();
     assert!(errors.iter().all(|error| *error < most), "{errors:?}");
     let off = all.iter().zip(&errors).map(|((value, one), error)| (one.value - value) / error);

@@ -26,6 +26,7 @@ mod rough_reference;
 mod rounding;
 mod sensor;
 mod set_right;
+mod settling;
 mod several_axes;
 mod standing;
 mod stated;
