@@ -4,6 +4,8 @@
 //! The measurement is a straight line over its reference between two limits, and flat beyond them. Only clear cases are
 //! taken; a limit that few readings reach, or a gain that falls before the limit, is left to the search.
 
+mod error;
+
 use crate::model::{Acts, Driver, Form, Shape};
 use crate::problem::{Aggregate, Block, Channels};
 use crate::robust;
@@ -60,6 +62,9 @@ const ROUNDS: usize = 8;
 struct Sorted {
     x: Vec<f64>,
     y: Vec<f64>,
+    /// Place of each in time, and the run at each place.
+    order: Vec<usize>,
+    run: Vec<usize>,
 }
 
 /// Sums over a stretch of readings: count, means, and centred squares and products.
@@ -95,6 +100,8 @@ pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
     let sorted = Sorted {
         x: order.iter().map(|&i| truth[i]).collect(),
         y: order.iter().map(|&i| truth[i] + block.residual[i]).collect(),
+        run: block.rows.iter().map(|&row| channels.run[row]).collect(),
+        order,
     };
     let (line, noise, [low, high]) = sorted.limits()?;
     let strength = low.iter().chain(&high).map(|limit| limit.strength).reduce(f64::max)?;
@@ -221,14 +228,36 @@ impl Sorted {
         let Sums { count: n, x: mx, y: my, xx, xy, yy } = self.sums(range.clone());
         let beyond = (line.slope * mx + line.offset - my) * if is_low { -1.0 } else { 1.0 };
         let slope = (xy / xx).abs() + 2.0 * noise / xx.sqrt();
-        let gain = range.map(|i| self.left(line, i).powi(2)).sum::<f64>() - yy;
+        let gain = range.clone().map(|i| self.left(line, i).powi(2)).sum::<f64>() - yy;
         let strength = surprise_chi2(gain / (noise * noise), 2.0) - (self.x.len() as f64).ln();
         let is_clear = beyond > OVERSHOOT_MIN * noise
             && yy <= n * (VARY_MAX * noise).powi(2)
             && slope < SLOPE_MAX * line.slope
             && strength > STRENGTH_MIN;
-        let error = (yy / n).sqrt().max(noise / n.sqrt()) / n.sqrt() / line.slope;
-        is_clear.then_some(Limit { at: (my - line.offset) / line.slope, error, strength })
+        if !is_clear {
+            return None;
+        }
+        let at = (my - line.offset) / line.slope;
+        // Of readings that do not vary a limit is known to the part of one.
+        let error = self.error(line, (range, my), at).max(noise / n) / line.slope;
+        Some(Limit { at, error, strength })
+    }
+
+    /// Standard error of the level of the readings in `flat`, whose mean is `level`, less what the line says `at` the limit.
+    fn error(&self, line: &Line, (flat, level): (Range<usize>, f64), at: f64) -> f64 {
+        let count = flat.len() as f64;
+        let inside = self.sums(line.inside.clone());
+        let (mut weights, mut errors) = (vec![0.0; self.x.len()], vec![0.0; self.x.len()]);
+        for i in line.inside.clone() {
+            let lever = (at - inside.x) * (self.x[i] - inside.x) / inside.xx;
+            weights[self.order[i]] = -(1.0 / inside.count + lever);
+            errors[self.order[i]] = self.left(line, i);
+        }
+        for i in flat {
+            weights[self.order[i]] = 1.0 / count;
+            errors[self.order[i]] = self.y[i] - level;
+        }
+        error::of_sum(&weights, &errors, &self.run)
     }
 }
 
@@ -241,7 +270,8 @@ mod tests {
         let x: Vec<f64> = (0..2000).map(|i| -10.0 + 0.01 * f64::from(i)).collect();
         let noise = |i: usize| 0.0866 * ((i as f64 * 0.754_877).fract() * 2.0 - 1.0);
         let y = x.iter().enumerate().map(|(i, x)| measured(*x) + noise(i)).collect();
-        let (.., limits) = Sorted { x, y }.limits()?;
+        let (order, run) = ((0..x.len()).collect(), vec![0; x.len()]);
+        let (.., limits) = Sorted { x, y, order, run }.limits()?;
         Some(limits.map(|limit| limit.map(|limit| limit.at)))
     }
 

@@ -113,3 +113,38 @@ fn the_last_step_of_a_coarse_reading_is_no_limit() {
     let data = dataset(Kind::Series, 0.0, |reads| (reads / step).round() * step, (0.0, 3));
     assert_eq!(names(&found(&data).finding), ["rounding"]);
 }
+
+/// Readings of a sensor of a range of 12 V whose noise comes after it, as that of a converter does; it keeps that share of itself.
+fn noisy_after(keep: f64, seed: u64) -> (f64, Finding) {
+    let mut draw = crate::intervals::noise(seed);
+    let limit = 12.0 + 0.01 * seed as f64;
+    let course = |at: f64| 11.0 * (at / 23.0).sin() + 6.0 * (at / 61.0).cos();
+    let truth: Vec<f64> = (0..RUNS * ROWS).map(|row| course(row as f64)).collect();
+    let mut slow = 0.0;
+    let reads = truth.iter().map(|x| {
+        slow = keep * slow + (1.0 - keep * keep).sqrt() * draw();
+        (SCALE * x + BIAS).min(limit) + SIGMA * slow
+    });
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, (0..truth.len()).map(|t| t as f64).collect()),
+        Column::new("reads", Role::Measured, Unit::Volt, reads.collect()),
+        Column::new("truth", Role::Reference, Unit::Volt, truth.clone()),
+    ];
+    let run = (0..truth.len()).map(|row| row / ROWS).collect();
+    let dataset = Dataset::new("after", Kind::Sensor, columns, run);
+    ((limit - BIAS) / SCALE, found(&dataset).finding)
+}
+
+/// The error was that of a mean of independent readings beside a line that is known.
+#[test]
+fn the_interval_of_a_limit_holds_where_noise_comes_after_it() {
+    for keep in [0.0, 0.9] {
+        let findings: Vec<(f64, Finding)> =
+            (0..crate::intervals::SETS).map(|seed| noisy_after(keep, 40 + seed)).collect();
+        let all: Vec<_> = findings
+            .iter()
+            .map(|(limit, one)| (*limit, crate::intervals::parameter(one, "saturation", "limit")))
+            .collect();
+        crate::intervals::assert_held(&all, 0.02);
+    }
+}
