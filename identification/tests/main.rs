@@ -14,6 +14,7 @@ mod intervals;
 mod jumps;
 mod known_noise;
 mod late;
+mod late_car;
 mod long_records;
 mod marginality;
 mod memory;
