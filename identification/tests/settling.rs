@@ -52,7 +52,8 @@ fn slow(seed: u64, into: f64) -> (f64, Finding) {
     (constant, finding)
 }
 
-/// In equilibrium at the first row, the model made up for the state that it did not know by its time constant.
+/// In equilibrium at the first row, the model made up for the state that it did not know by its time constant, or the errors there
+/// hid the lag: they were a random walk.
 #[test]
 fn the_time_constant_of_a_slow_sensor_holds_where_a_recording_begins_in_a_transient() {
     let findings: Vec<(f64, Finding)> = (0..SETS).map(|seed| slow(seed, 2.0)).collect();
@@ -61,12 +62,4 @@ fn the_time_constant_of_a_slow_sensor_holds_where_a_recording_begins_in_a_transi
         .map(|(constant, one)| (*constant, parameter(one, "bandwidth", "time_constant")))
         .collect();
     assert_held(&all, 0.008);
-}
-
-/// The state at the beginning hid the lag itself: its errors there were a slow noise.
-#[test]
-fn a_large_transient_at_the_beginning_hides_no_lag() {
-    for seed in [1, 8] {
-        slow(seed, 0.5);
-    }
 }
