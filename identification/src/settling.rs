@@ -73,7 +73,10 @@ fn of_quantity(one: &Done<'_>) -> Option<Unsettled> {
     if data.block.aggregate != Aggregate::Row {
         return None;
     }
-    let is_lag = |term: &&Shape| term.drivers.iter().any(|driver| driver.wrap == Wrap::LagOf);
+    // A lag of something else starts anew where readings are left out: a compensation would have to settle again.
+    let is_lag = |term: &&Shape| {
+        term.form == Form::Delay && term.drivers.iter().any(|driver| driver.wrap == Wrap::LagOf)
+    };
     let terms = one.fit.shapes();
     let added = &terms[one.fit.base.len()..];
     // Of several lags the longest settles last.

@@ -68,7 +68,7 @@ fn dead(dataset: &mut Dataset) -> Result<(), IdentifyError> {
         let (name, reference) = (column.name.clone(), reference_of(dataset, column)?);
         (!is_still(reference)).then(|| Wrong {
             told: format!("`{name}` never changes, though its reference `{}` does", reference.name),
-            advice: format!("check the wiring of `{name}`, or name the column that measures"),
+            advice: None,
             name,
         })
     };
@@ -84,8 +84,8 @@ struct Wrong {
     name: String,
     /// What is wrong with them.
     told: String,
-    /// What to do.
-    advice: String,
+    /// What to do, if that is not plain.
+    advice: Option<String>,
 }
 
 /// Takes these readings out of `dataset`.
@@ -93,7 +93,8 @@ fn leave_out(dataset: &mut Dataset, wrong: Vec<Wrong>) -> Result<(), IdentifyErr
     for Wrong { name, told, advice } in wrong {
         let is_other = |one: &&Column| is_read(one) && one.name != name;
         if dataset.kind != Kind::Odometry && dataset.columns.iter().filter(is_other).count() == 0 {
-            return Err(IdentifyError::Data(format!("{told}: {advice}")));
+            let advice = advice.map_or_else(String::new, |advice| format!(": {advice}"));
+            return Err(IdentifyError::Data(format!("{told}{advice}")));
         }
         dataset.columns.retain(|one| one.name != name);
         dataset.notices.push(format!("{told}: it is left out"));

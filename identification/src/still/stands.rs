@@ -44,7 +44,7 @@ pub(crate) fn without(dataset: &mut Dataset, right: &[Correction]) -> Result<(),
     let readings = right.columns.iter().filter(|column| is_read(column));
     let wrong = |column: &Column| {
         let [told, advice] = told(&right, column)?;
-        Some(Wrong { name: column.name.clone(), told, advice })
+        Some(Wrong { name: column.name.clone(), told, advice: Some(advice) })
     };
     leave_out(dataset, readings.filter_map(wrong).collect())
 }
