@@ -180,8 +180,9 @@ fn plans_of_one_name_have_run_folders_of_their_own_and_a_seed_of_a_plan_is_its_o
     fs::create_dir_all(project.path("found")).unwrap();
     fs::write(project.path("found/campaign.json"), "{}").unwrap();
     fs::write(project.path("found/case.toml"), text).unwrap();
-    let none = project.pytest(&["found"]);
-    assert_eq!(none.status.code(), Some(5), "{}", shown(&none));
+    let collected = shown(&project.pytest(&["--collect-only", "-q"]));
+    assert!(collected.contains("plans/settles.toml::run"), "{collected}");
+    assert!(!collected.contains("found/case.toml"), "{collected}");
 }
 
 #[test]
