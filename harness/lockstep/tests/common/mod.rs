@@ -147,8 +147,8 @@ pub fn processes_of(path: &str) -> Vec<i32> {
 
 /// Panics if a process of that program is left.
 pub fn none_left_of(path: &str) {
-    // The kernel needs some time.
-    for _ in 0..100 {
+    // The kernel needs some time, and more on a busy machine: a process that was killed must run to end.
+    for _ in 0..3_000 {
         if processes_of(path).is_empty() {
             return;
         }
