@@ -39,7 +39,6 @@ use rig::engine::{Action, Ending};
 use rig::operator::Answers;
 use rig::rerun;
 use rig::simulate::Simulation;
-use std::cell::RefCell;
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; `false` stops the run.
 pub fn simulate(
@@ -152,18 +151,11 @@ pub fn rerun(
     clock: Clock,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
-    let not_started = RefCell::new(None);
-    let start = |place: usize| {
-        let started = prepared.start(place);
-        if let Some(Err(why)) = &started {
-            not_started.borrow_mut().get_or_insert_with(|| why.clone());
-        }
-        started
-    };
+    let start = |place: usize| prepared.start(place);
     let seed = prepared.plan.seed_of_run(seed);
-    let (rig, ..) = prepared.simulated(seed, &Answers::default(), None, &start);
-    match not_started.take() {
-        Some(why) => Err(RerunError::NotStarted { why }),
+    let (rig, director, _) = prepared.simulated(seed, &Answers::default(), None, &start);
+    match director.engine.why_ending() {
+        Some(why) => Err(RerunError::NotStarted { why: why.to_owned() }),
         None => rerun::rerun(rig, clock, records),
     }
 }

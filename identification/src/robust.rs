@@ -15,6 +15,16 @@ pub fn spread(values: &[f64]) -> f64 {
     if found > 0.0 { found } else { root_mean_square(values) }
 }
 
+/// The third difference of four readings, one after the other: it holds their noise, and little of any motion.
+pub fn third_difference([a, b, c, d]: [f64; 4]) -> f64 {
+    d - 3.0 * c + 3.0 * b - a
+}
+
+/// Variance of the white noise of a reading, from third differences: each holds 1 + 9 + 9 + 1 times that.
+pub fn white_variance(third_differences: &[f64]) -> f64 {
+    spread(third_differences).powi(2) / 20.0
+}
+
 /// The middle value; 0 without any.
 pub fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {

@@ -19,7 +19,7 @@ use std::ops::Range;
 const RISK: f64 = 0.01;
 /// Standard errors of what is left of the state that the readings after it may hold.
 const LEFT_MAX: f64 = 0.3;
-/// Share of a stretch of time that may be set aside at most: of the rest the time constant is told.
+/// Largest share of a stretch of time that is set aside: the time constant must show in the rest.
 const SHARE_MAX: f64 = 0.5;
 /// Maximum number of products of a fit: of a record with so many stretches each begins with a small part of it.
 const PRODUCTS_MAX: usize = 400_000_000;
@@ -41,10 +41,11 @@ pub(crate) fn set_aside(dataset: &mut Dataset, all: &[Unsettled]) {
     for Unsettled { column: name, rows, lag } in all {
         let mut count = 0;
         for column in dataset.columns.iter_mut().filter(|column| column.name == *name) {
-            for value in rows.iter().flat_map(|rows| column.values[rows.clone()].to_vec()) {
-                count += usize::from(value.is_finite());
+            for rows in rows {
+                let values = &mut column.values[rows.clone()];
+                count += values.iter().filter(|value| value.is_finite()).count();
+                values.fill(f64::NAN);
             }
-            rows.iter().for_each(|rows| column.values[rows.clone()].fill(f64::NAN));
         }
         let stretches = if rows.len() == 1 { "stretch" } else { "stretches" };
         dataset.notices.push(format!(

@@ -12,6 +12,7 @@ const NUMBER_MAX: u16 = 512;
 const INVALID: u32 = 1 << 31;
 const NO_RTR: u32 = 1 << 30;
 const EXTENDED: u32 = 1 << 29;
+const IDENTIFIER: u32 = 0x1FFF_FFFF;
 /// Transmission types that are reserved.
 const RESERVED: std::ops::RangeInclusive<u64> = 241..=251;
 
@@ -181,22 +182,27 @@ pub(super) fn check(
 
 /// The identifier of a COB-ID.
 pub(super) fn id(cob: u32) -> Option<Id> {
-    can::identifier(cob & 0x1FFF_FFFF, cob & EXTENDED != 0)
+    can::identifier(cob & IDENTIFIER, cob & EXTENDED != 0)
 }
 
 impl Pdo {
-    /// Its identifier; `None` while it is not valid.
+    /// Its identifier; `None` while it is not used.
     pub(super) fn id(&self) -> Option<Id> {
-        if self.cob & INVALID == 0 { id(self.cob) } else { None }
+        if self.is_used() { id(self.cob) } else { None }
     }
 
-    /// Its identifier, if it is valid. One with the identifier 0, which is that of NMT, is not used: so do the files of
-    /// many devices leave out what they could have.
+    /// Whether it is valid. One with the identifier 0, which is that of NMT, is not used: so do the files of many devices leave
+    /// out what they could have.
+    const fn is_used(&self) -> bool {
+        self.cob & INVALID == 0 && self.cob & IDENTIFIER != 0
+    }
+
+    /// Its identifier, if it is used.
     ///
     /// # Errors
-    /// With the sub-index and a readable message, if it is valid and has no identifier, or a reserved transmission type.
+    /// With the sub-index and a readable message, if it is used and has no identifier, or a reserved transmission type.
     pub(super) fn usable(&self) -> Result<Option<Id>, (u8, String)> {
-        if self.cob & (INVALID | 0x1FFF_FFFF) == 0 || self.cob & INVALID != 0 {
+        if !self.is_used() {
             return Ok(None);
         }
         let cob = self.cob;

@@ -2,7 +2,7 @@
 //! its steps is as likely as another, and knows nothing of the step before.
 
 use crate::problem::runs;
-use crate::robust::{root_mean_square, spread};
+use crate::robust::{root_mean_square, spread, third_difference, white_variance};
 
 /// Change of a step over the step itself, up to which a course is smooth: of independent steps it is 1.4 and more.
 const SMOOTH: f64 = 0.7;
@@ -22,10 +22,10 @@ const LEFT_MIN: f64 = 0.5;
 pub(super) fn is_course(values: &[f64], run_of_row: &[usize]) -> bool {
     let thirds: Vec<f64> = runs(run_of_row)
         .flat_map(|run| values[run].windows(4))
-        .map(|four| four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0])
+        .map(|four| third_difference([0, 1, 2, 3].map(|at| four[at])))
         .filter(|third| third.is_finite())
         .collect();
-    let white = spread(&thirds).powi(2) / 20.0;
+    let white = white_variance(&thirds);
     let longest = runs(run_of_row).map(|run| run.len()).max().unwrap_or(0);
     let mut lag = 1;
     while lag <= longest / LONGEST {

@@ -225,11 +225,8 @@ impl Course {
                 blocks.push(median(rows_of.iter().map(|&row| values[row]).collect()) - middle);
                 rows.push(rows_of[0]);
             }
-            // Third differences hold the noise, and little of any motion.
-            steps.extend(own.windows(4).map(|four| {
-                let at = |i: usize| values[four[i]];
-                at(3) - 3.0 * at(2) + 3.0 * at(1) - at(0)
-            }));
+            let four = |rows: &[usize]| [0, 1, 2, 3].map(|at| values[rows[at]]);
+            steps.extend(own.windows(4).map(|rows| robust::third_difference(four(rows))));
         }
         let per_block = known as f64 / blocks.len().max(1) as f64;
         let mut sizes: Vec<f64> = blocks.iter().map(|block| block.abs()).collect();
@@ -238,7 +235,7 @@ impl Course {
             sizes.get((WILD * sizes.len() as f64) as usize).copied().unwrap_or(f64::INFINITY);
         let (blocks, rows) =
             blocks.into_iter().zip(rows).filter(|(block, _)| block.abs() <= wild).unzip();
-        let noise = robust::spread(&steps) / (20.0 * per_block).sqrt();
+        let noise = (robust::white_variance(&steps) / per_block).sqrt();
         Self { values, blocks, rows, noise, unit }
     }
 

@@ -198,6 +198,11 @@ impl Engine {
         self.ending.as_ref().filter(|_| self.teardown().is_none())
     }
 
+    /// Why the run has come to its end, if there is a reason: before it begins, that something did not start.
+    pub fn why_ending(&self) -> Option<&str> {
+        self.ending.as_ref()?.reason.as_deref()
+    }
+
     /// Whether the run has come to its end, though the base may not have stopped yet.
     pub const fn is_ending(&self) -> bool {
         self.ending.is_some()
