@@ -23,10 +23,12 @@ use wire::time::Timestamp;
 const NOW: Timestamp = Timestamp::ZERO;
 /// Time limit for an event. The machine may be busy with other work.
 const LIMIT: Duration = Duration::from_secs(60);
+/// Time limit for a whole test: it only ends one that hangs.
+const WHOLE: Duration = Duration::from_secs(300);
 
 fn run<T>(test: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    runtime.block_on(async { tokio::time::timeout(LIMIT, test).await.expect("the test ends") })
+    runtime.block_on(async { tokio::time::timeout(WHOLE, test).await.expect("the test ends") })
 }
 
 async fn opened(interface: &str) -> FramePort {
@@ -40,8 +42,9 @@ fn frame(number: u32) -> CanFrame {
 
 /// Receives the next event, which must be a frame.
 async fn heard(port: &mut FramePort) -> CanFrame {
-    match port.receive().await {
-        Ok(FrameEvent::Frame(frame)) => frame,
-        other => panic!("{other:?}"),
+    match tokio::time::timeout(LIMIT, port.receive()).await {
+        Ok(Ok(FrameEvent::Frame(frame))) => frame,
+        Ok(other) => panic!("{other:?}"),
+        Err(_) => panic!("nothing arrives any more: {:?}", port.counters()),
     }
 }
