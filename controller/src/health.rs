@@ -57,7 +57,8 @@ pub struct Causes {
     pub pose_not_written: bool,
     /// Degraded: the gyro is silent, and the odometry replaces it.
     pub bridging: bool,
-    /// Degraded: the selected estimator failed, and the paper's method replaces it.
+    /// Degraded: the selected estimator failed, and the paper's method replaces it; or the filter that watches that method
+    /// failed since a pose was last set.
     pub estimator_failed: bool,
     /// Degraded: an internal queue overflowed; reports or requests were lost.
     pub overflow: bool,

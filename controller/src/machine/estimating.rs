@@ -333,7 +333,12 @@ impl Controller {
                 estimating.aside += correction.heading;
                 estimating.heading += correction.heading;
             }
-            (Err(_), Some(Estimating { leads: false, .. })) => self.begin_estimating(false),
+            (Err(fault), Some(Estimating { leads: false, .. })) => {
+                // What it knew of the heading since a pose was set is lost.
+                tracing::warn!(?fault, "the filter that watches begins anew");
+                self.estimator_failed = true;
+                self.begin_estimating(false);
+            }
             (Ok(correction), estimating) => {
                 let heading = self.gyro.integrator().heading() + correction.heading;
                 self.gyro.integrator_mut().set_heading(heading);

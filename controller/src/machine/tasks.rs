@@ -225,6 +225,8 @@ impl Controller {
         self.moved_at_rest = false;
         (self.has_driven, self.turned_by_bias) = (false, false);
         self.headings_disagree = false;
+        // One that watches has begun anew; one that was chosen is asked for anew.
+        self.estimator_failed &= self.estimating.is_none();
         self.headings.begin();
         self.reference = pose.heading;
         self.estimate_from_here();
