@@ -74,6 +74,12 @@ const LISTED_MAX: usize = 8;
 
 /// "did you mean ...?" if a name is similar, otherwise the list of known names.
 pub(crate) fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
+    // As the quantity of a measurement is written: `signal.Temperature`.
+    let is_end =
+        |name: &&S| wrong.strip_suffix(name.as_ref()).is_some_and(|front| front.ends_with('.'));
+    if let Some(name) = known.iter().find(is_end) {
+        return format!("write `{}`", name.as_ref());
+    }
     let folded = wrong.to_lowercase();
     let mut best = (LIKENESS_MIN, None);
     for name in known {

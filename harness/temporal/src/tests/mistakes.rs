@@ -48,6 +48,7 @@ fn words_that_do_not_fit() {
 fn signals_that_nobody_knows() {
     insta::assert_snapshot!(table(&[
         "cells.VoltagMax > 4",
+        "signal.cells.VoltageMax > 4",
         "rpm > 4",
         "Voltage > 4",
         "manager.State == \"Redy\"",
