@@ -7,6 +7,8 @@
 mod again;
 mod declared;
 mod keep;
+#[cfg(feature = "logs")]
+mod logged;
 mod prepared;
 mod recorded;
 mod recorded_properties;
@@ -18,12 +20,12 @@ pub(crate) use keep::keep;
 pub use keep::{
     Completed, Options, run_to_folder, run_to_folder_watched, summarise, write_documents,
 };
+#[cfg(feature = "logs")]
+pub use logged::logged;
 pub use prepared::{PrepareError, Prepared, header, load_plan};
 pub use recorded::{load_recorded, prepare_recorded};
 pub use rig::ended::Ended;
 pub use rig::rerun::{Clock, Difference, Rerun, RerunError, Said};
-#[cfg(feature = "logs")]
-pub use rig_of::logged;
 pub use rig_of::{RigError, load_description, load_rig, load_rig_named};
 
 use crate::checks::judge_all;

@@ -2,22 +2,13 @@
 
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::models;
-use crate::plan::replayed::Logged;
 use crate::plan::rig_build::{self, LogRead, Parts};
 use crate::plan::{Plan, Rig};
 use described::{Dbc, Dbcs, Description, FileError, Files, Steps};
 use identification::finding::SCHEMA;
 use identification::model::Model;
 use plan::device_files::{DevicesError, load_devices};
-#[cfg(feature = "logs")]
-use record::figures;
-#[cfg(feature = "logs")]
-use std::collections::BTreeMap;
 use std::sync::Arc;
-#[cfg(feature = "logs")]
-use wire::device::Transmit;
-#[cfg(feature = "logs")]
-use wire::time::Span;
 
 /// Why a rig cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -105,7 +96,7 @@ fn log(file: &Source) -> Result<LogRead, RigError> {
         Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
             let text = std::io::Cursor::new(file.text.as_bytes());
             let mut reader = LogReader::new(path, text, format)?;
-            let (entries, moved) = logged(&mut reader)?;
+            let (entries, moved) = super::logged::logged(&mut reader)?;
             Ok((entries, reader.notes().into_iter().chain(moved).collect()))
         }
         _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
@@ -116,50 +107,6 @@ fn log(file: &Source) -> Result<LogRead, RigError> {
 #[cfg(not(feature = "logs"))]
 fn log(file: &Source) -> Result<LogRead, RigError> {
     Err(RigError::LogFormat { origin: file.origin.clone() })
-}
-
-/// Converts a log, from its first entry on, without error frames. An entry that is earlier than the one before it counts
-/// as of that time; the note says how many there are.
-///
-/// # Errors
-///
-/// When it cannot be read to its end.
-#[cfg(feature = "logs")]
-pub fn logged(
-    entries: impl IntoIterator<Item = Result<bus_log::Entry, bus_log::LogError>>,
-) -> Result<(Vec<Logged>, Option<String>), bus_log::LogError> {
-    let mut log = Vec::new();
-    let (mut origin, mut latest, mut last) = (None, Span::ZERO, Span::ZERO);
-    let (mut earlier, mut by) = (0_u64, Span::ZERO);
-    let mut channels: BTreeMap<bus_log::Channel, Arc<str>> = BTreeMap::new();
-    for entry in entries {
-        let entry = entry?;
-        let what = match entry.payload {
-            bus_log::Payload::Frame(frame) => Transmit::Frame(frame),
-            bus_log::Payload::Serial(packet) => Transmit::Bytes(packet),
-            bus_log::Payload::Error(_) => continue,
-        };
-        let at = entry.at.since(*origin.get_or_insert(entry.at));
-        if at < latest {
-            earlier += 1;
-            by = by.max(latest - at);
-        }
-        latest = latest.max(at);
-        // The order of the log is kept: of several at one time each is a nanosecond later than the one before.
-        last = if log.is_empty() { at } else { at.max(last + Span::from_nanos(1)) };
-        let channel =
-            channels.entry(entry.channel).or_insert_with(|| entry.channel.as_str().into());
-        let sent = entry.direction.map(|direction| direction == bus_log::Direction::Tx);
-        log.push(Logged { at: last, channel: Arc::clone(channel), what, sent });
-    }
-    let note = (earlier > 0).then(|| {
-        let (entries, by) = (figures::counted(earlier, "entry", "entries"), by.as_secs_f64());
-        let verb = if earlier == 1 { "is" } else { "are" };
-        format!(
-            "{entries} {verb} earlier than one before, by up to {by} s: they count as of its time"
-        )
-    });
-    Ok((log, note))
 }
 
 /// Loads the description of that name or path, with the files beside it that it names.
