@@ -158,7 +158,11 @@ pub fn rerun(
     let (rig, director, _) = prepared.simulated(seed, &Answers::default(), None, &start);
     match director.engine.why_ending() {
         Some(why) => Err(RerunError::NotStarted { why: why.to_owned() }),
-        None => rerun::rerun(rig, clock, records),
+        None => {
+            let faults = &prepared.plan.faults;
+            let struck = faults.faults.iter().cloned().zip(faults.chances(seed)).collect();
+            rerun::rerun(rig, clock, struck, records)
+        }
     }
 }
 

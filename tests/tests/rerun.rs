@@ -72,6 +72,20 @@ fn faults_of_a_line_are_what_was_heard_and_faults_of_the_machine_are_refused() {
         again(&prepared, &records)
     };
     assert_eq!(of("gyro", "drop = { loss_percent = 20 }").unwrap().difference, None);
+    // These strike what the controller itself sends, on its bus.
+    for what in [
+        "drop = { loss_percent = 20 }",
+        "duplicate = { duplicate_percent = 20 }",
+        "reorder = { reorder_percent = 20 }",
+        "corrupt = { corrupt_percent = 20 }",
+        "delay = { by_s = 0.03 }",
+        "lost_arbitration = { lose_percent = 20 }",
+        "bus_load = { load_percent = 40 }",
+    ] {
+        let came = of("base", what).unwrap();
+        assert_eq!(came.difference, None, "{what}");
+        assert!(came.now.outputs.abs_diff(came.recorded.outputs) <= 2, "{what}: {came:?}");
+    }
     let stalled = of("host", "scheduler_stall = { for_s = 0.2 }");
     assert!(matches!(stalled, Err(RerunError::HostFault { .. })), "{stalled:?}");
 }

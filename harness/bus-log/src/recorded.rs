@@ -69,7 +69,7 @@ fn entries(header: &Header, record: &Record) -> Vec<Entry> {
         | Device::Node(_) => Direction::Rx,
     });
     let entry = |channel, payload| Entry { at: record.at, channel, direction, payload };
-    let line = node.map(|node| node.line.as_str()).filter(|line| *line != Device::Base.name());
+    let line = header.line_of(record.device).filter(|line| *line != Device::Base.name());
     let line = line.map(|line| Channel::new(line.get(..CHANNEL_BYTES_MAX).unwrap_or(line)));
     let line = line.flatten();
     match &record.kind {

@@ -37,48 +37,57 @@ pub(crate) enum Words<'a> {
 /// The channel of a log that is stated for a line.
 pub type Named<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
 
-/// The traffic of a node in `log` on these lines, which are in the order of its ports; `None` for a line that is not
-/// one of the rig's own.
-///
-/// # Errors
-/// The line that is missing in the log, and the channels that could be it.
-pub(crate) fn part_in<'a>(
-    log: &[Logged],
-    named: Named<'_>,
-    lines: impl Iterator<Item = Option<(&'a RigLine, Words<'a>)>>,
-) -> Result<Replayed, (String, Vec<String>)> {
-    let mut said = Vec::new();
-    for (port, at) in lines.enumerate() {
-        let Some((line, words)) = at else { continue };
-        let channel =
-            channel_of(log, line, named(&line.name)).map_err(|known| (line.name.clone(), known))?;
-        let port = u8::try_from(port).unwrap_or(u8::MAX);
-        said.extend(said_on(log, channel, words).map(|(at, what)| (at, port, what)));
-    }
-    said.sort_by_key(|(at, ..)| *at);
-    Ok(said.into())
+/// Finds the channels of lines in a log.
+#[derive(Clone, Copy)]
+pub(crate) struct Channels<'a, 'n> {
+    pub(crate) log: &'a [Logged],
+    pub(crate) named: Named<'n>,
+    /// Which lines the log may be of. One of several lines of a kind is not taken for the only channel of a log: that may be
+    /// another's.
+    pub(crate) lines: &'a [RigLine],
 }
 
-/// The channel of a log for a line: the channel given by name, the one with the line's name, or the only one with the
-/// line's kind of traffic.
-///
-/// # Errors
-/// The channels with that kind of traffic, if several are possible or the named one is not among them.
-fn channel_of<'a>(
-    log: &'a [Logged],
-    line: &RigLine,
-    named: Option<&str>,
-) -> Result<&'a str, Vec<String>> {
-    let is_can = line.medium == Medium::Can;
-    let fits = |one: &&Logged| matches!(one.what, Transmit::Frame(_)) == is_can;
-    let known: BTreeSet<&str> = log.iter().filter(fits).map(|one| &*one.channel).collect();
-    let wanted = named.or_else(|| known.contains(&*line.name).then_some(&*line.name));
-    let found = match (wanted, known.len()) {
-        (Some(wanted), _) => known.get(wanted).copied(),
-        (None, 1) => known.first().copied(),
-        _ => None,
-    };
-    found.ok_or_else(|| known.into_iter().map(str::to_owned).collect())
+impl<'a> Channels<'a, '_> {
+    /// The traffic of a node on these lines, which are in the order of its ports; `None` for a line that is not one of the
+    /// rig's own.
+    ///
+    /// # Errors
+    /// The line that is missing in the log, and the channels that could be it.
+    pub(crate) fn part<'b>(
+        self,
+        lines: impl Iterator<Item = Option<(&'b RigLine, Words<'b>)>>,
+    ) -> Result<Replayed, (String, Vec<String>)> {
+        let mut said = Vec::new();
+        for (port, at) in lines.enumerate() {
+            let Some((line, words)) = at else { continue };
+            let channel = self.of(line).map_err(|known| (line.name.clone(), known))?;
+            let port = u8::try_from(port).unwrap_or(u8::MAX);
+            said.extend(said_on(self.log, channel, words).map(|(at, what)| (at, port, what)));
+        }
+        said.sort_by_key(|(at, ..)| *at);
+        Ok(said.into())
+    }
+
+    /// The channel for a line: the channel given by name, the one with the line's name, or the only one with the line's kind
+    /// of traffic, if there is no other line of that kind.
+    ///
+    /// # Errors
+    /// The channels with that kind of traffic, if several are possible or the named one is not among them.
+    fn of(self, line: &RigLine) -> Result<&'a str, Vec<String>> {
+        let is_can = line.medium == Medium::Can;
+        let fits = |one: &&Logged| matches!(one.what, Transmit::Frame(_)) == is_can;
+        let known: BTreeSet<&str> = self.log.iter().filter(fits).map(|one| &*one.channel).collect();
+        let named = (self.named)(&line.name);
+        let wanted = named.or_else(|| known.contains(&*line.name).then_some(&*line.name));
+        let others = self.lines.iter().filter(|one| one.name != line.name);
+        let is_alone = others.filter(|one| (one.medium == Medium::Can) == is_can).count() == 0;
+        let found = match wanted {
+            Some(wanted) => known.get(wanted).copied(),
+            None if known.len() == 1 && is_alone => known.first().copied(),
+            None => None,
+        };
+        found.ok_or_else(|| known.into_iter().map(str::to_owned).collect())
+    }
 }
 
 /// The entries of `log` on `channel` that `words` selects.
@@ -140,6 +149,7 @@ impl Rig {
         named: Named<'_>,
     ) -> Result<Self, (String, Vec<String>)> {
         let Self { lines, nodes, speakers, notes, .. } = &mut self;
+        let channels = Channels { log, named, lines };
         let has_bytes = log.iter().any(|one| matches!(one.what, Transmit::Bytes(_)));
         let is_unheard = |line: &RigLine| {
             line.medium != Medium::Can && !has_bytes && named(&line.name).is_none()
@@ -149,7 +159,7 @@ impl Rig {
         notes.extend(lines.iter().filter(|line| is_unheard(line)).map(note));
         for (place, line) in lines.iter().enumerate().filter(|(_, line)| line.medium == Medium::Can)
         {
-            let Ok(channel) = channel_of(log, line, named(&line.name)) else { continue };
+            let Ok(channel) = channels.of(line) else { continue };
             let words = nodes.iter().filter_map(|node| words_of(speakers, node, place));
             let decoders: Vec<_> =
                 words.map(|(layout, sender)| layout.decoder_for(sender)).collect();
@@ -175,7 +185,7 @@ impl Rig {
                 let words = words.map(|(layout, sender)| Words::Of(layout, sender));
                 Some((declared, words.unwrap_or(Words::None)))
             };
-            let said = part_in(log, named, node.lines.iter().map(words))?;
+            let said = channels.part(node.lines.iter().map(words))?;
             node.part = NodePart::Replayed(said);
         }
         self.logged = Some(log.last().map_or(Span::ZERO, |last| last.at));

@@ -174,6 +174,9 @@ pub struct Band {
     pub tags: BTreeMap<String, f64>,
 }
 
+/// The name of who sends the frames that a fault makes.
+const STRANGER: &str = "stranger";
+
 impl Header {
     /// What is noted of a step, by its place in a record, which also names the round.
     pub fn step(&self, path: &str) -> Option<&StepNote> {
@@ -183,15 +186,27 @@ impl Header {
     /// The name of the device or node.
     pub fn name_of(&self, device: Device) -> &str {
         match device {
-            Device::Node(_) => self.node(device).map_or("node", |node| &node.name),
+            Device::Node(_) => self.node(device).map_or(STRANGER, |node| &node.name),
             device => device.name(),
         }
     }
 
-    /// Index of the bus that a node of a rig sends on; 0 for all other devices.
+    /// Index of the bus that a node of a rig, or a [stranger](Device::stranger), sends on; 0 for all other devices.
     pub fn bus_of(&self, device: Device) -> usize {
-        let line = self.node(device).map(|node| &node.line);
-        self.buses.iter().position(|bus| Some(&bus.line) == line).unwrap_or_default()
+        let line = self.line_of(device);
+        self.buses.iter().position(|bus| Some(&*bus.line) == line).unwrap_or_default()
+    }
+
+    /// The line that a node of a rig, or a [stranger](Device::stranger), sends on.
+    pub fn line_of(&self, device: Device) -> Option<&str> {
+        let of_stranger = || self.strangers().zip(&self.buses).find(|(who, _)| *who == device);
+        let node = self.node(device).map(|node| &*node.line);
+        node.or_else(|| of_stranger().map(|(_, bus)| &*bus.line))
+    }
+
+    /// Who sends the frames that faults make, on each bus of a rig.
+    pub fn strangers(&self) -> impl Iterator<Item = Device> {
+        (0..self.buses.len()).map(Device::stranger)
     }
 
     /// The entry of a node of a rig, which also names its line.

@@ -107,6 +107,12 @@ impl Device {
         Self::Node(end.and_then(|end| u8::try_from(end).ok()).unwrap_or(u8::MAX))
     }
 
+    /// The device under which frames of a rig's bus are recorded that a fault made, by the bus's index in the header: they
+    /// are of none of the nodes, whose indices begin at the other end.
+    pub fn stranger(bus: usize) -> Self {
+        Self::Node(u8::try_from(bus).map_or(0, |bus| u8::MAX - bus))
+    }
+
     /// The device under which a speaker of the rig is recorded; `None` if no node has its name.
     pub fn of_speaker(rig: &Rig, speaker: &Speaker) -> Option<Self> {
         let node = rig.nodes.iter().position(|node| node.name == speaker.node)?;

@@ -94,6 +94,7 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
             ends[*line].push(end(at, port, Device::of_node(declared, place, *line), &node.name));
         }
     }
+    let mut buses = 0;
     for (line, mut ends) in ends.into_iter().enumerate() {
         let of_rig = line.checked_sub(of_robot).and_then(|line| declared.lines.get(line));
         if of_rig.is_some_and(|line| line.medium != Medium::Can) && ends.len() == 1 {
@@ -105,7 +106,15 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
                 _ = rig.line(&of_log.name, Line::direct(ends))
             }
             None => ends.into_iter().for_each(|end| rig.join(line, end)),
-            Some(declared) => _ = rig.line(&declared.name, line_of(declared, ends)),
+            Some(of_rig) => {
+                let line = line_of(of_rig, ends);
+                let line = match of_rig.medium == Medium::Can && !declared.is_short {
+                    true => line.with_stranger(Device::stranger(buses)),
+                    false => line,
+                };
+                buses += usize::from(of_rig.medium == Medium::Can);
+                rig.line(&of_rig.name, line);
+            }
         }
     }
     away

@@ -3,7 +3,7 @@
 pub use crate::link::EndId;
 
 use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
-use described::{Layout, Sender};
+use described::{Layout, Message, Sender};
 use plan::faults::{Chance, Chances};
 use plan::faults::{FaultKind, Toward};
 use record::Device;
@@ -51,6 +51,8 @@ pub struct Line {
     next_arrival: Timestamp,
     /// The last fault that began on the line: changes of error states are attributed to it.
     struck_last: usize,
+    /// The sender, in the record, of frames that faults make.
+    stranger: Device,
 }
 
 impl Line {
@@ -85,19 +87,28 @@ impl Line {
             dropped: 0,
             next_arrival: Timestamp::MAX,
             struck_last: 0,
+            stranger: Device::Plan,
         }
     }
 
     /// Makes room for all messages that this sender may have to send at once, twice: those of one period may still wait
-    /// when the next are due.
+    /// when the next are due. Traffic that a fault makes has the identifier of no message of the layout.
     pub fn expect_messages(&mut self, layout: &Layout, sender: Option<Sender>) {
         let sent = layout.messages().iter().filter(|message| Some(message.sender) == sender);
         let expected = 2 * sent.count();
         match &mut self.wire {
             Wire::Serial(ways) => ways.iter_mut().for_each(|way| way.expect(expected)),
-            Wire::Can(bus) => bus.expect(expected),
+            Wire::Can(bus) => {
+                bus.expect(expected);
+                bus.take_identifiers(layout.messages().iter().filter_map(Message::can_id));
+            }
             Wire::Direct(_) => self.expected += expected,
         }
+    }
+
+    /// Frames that faults make are recorded as of this device.
+    pub fn with_stranger(self, stranger: Device) -> Self {
+        Self { stranger, ..self }
     }
 
     /// Leaves its traffic out of the record; it is recorded elsewhere.
@@ -119,7 +130,7 @@ impl Line {
 
     /// The sender, in the record, of what comes from this end.
     pub fn who(&self, from: EndId) -> Device {
-        self.ends.get(from.place()).map_or(Device::Plan, |end| end.who)
+        self.ends.get(from.place()).map_or(self.stranger, |end| end.who)
     }
 
     pub fn name(&self, of: EndId) -> &str {

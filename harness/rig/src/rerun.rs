@@ -1,7 +1,7 @@
 //! Reruns the devices under test on what they received in a recorded run, and compares their outputs.
 //!
 //! Inputs come from the record alone, whatever a device sends now, so any difference is its own. Its outputs go through
-//! lines like those of the run, on which it is alone.
+//! lines like those of the run, on which it is alone, and faults strike them there as they did in the run.
 
 mod pairs;
 
@@ -14,8 +14,9 @@ use crate::engine::FIRST_MISSION;
 use crate::hosted::{HostedController as _, News};
 use controller::mission::{Command, Mission, MissionId};
 use pairs::{BUS_APART_MAX, Pairs, identifier};
+use plan::faults::{Chances, Fault, Toward};
 use record::reader::RecordError;
-use record::{Device, Record, RecordKind};
+use record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
 use std::collections::BTreeMap;
 use wire::can::Id;
 use wire::device::Transmit;
@@ -56,6 +57,15 @@ pub enum RerunError {
         /// Time of the fault, s.
         at_s: f64,
     },
+    /// A line had a fault in real time: which of the outputs it struck is not in the record.
+    #[error(
+        "a line of the device under test had a fault in real time, at {at_s} s: what it struck is not known"
+    )]
+    #[diagnostic(help("run the plan in virtual time, or without faults of lines"))]
+    LineFault {
+        /// Time of the fault, s.
+        at_s: f64,
+    },
     /// A node sends on several lines.
     #[error("{who} speaks on several lines, and the record does not say on which")]
     #[diagnostic(help("a run of a rig without a gateway can be carried out again"))]
@@ -92,6 +102,8 @@ struct Again {
     is_over: bool,
     /// Nodes that are run again.
     tested: Vec<usize>,
+    /// The schedule of the run.
+    faults: Vec<(Fault, Chances)>,
     now: Timestamp,
     /// An input has reached a device since the last query.
     is_reached: bool,
@@ -102,10 +114,11 @@ struct Again {
     came: Rerun,
 }
 
-/// Runs the devices under test in `rig` again on the inputs of `records`, from a run with this clock.
+/// Runs the devices under test in `rig` again on the inputs of `records`, from a run with this clock and these faults.
 pub fn rerun(
     rig: Rig,
     clock: Clock,
+    faults: Vec<(Fault, Chances)>,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
     let is_tested =
@@ -119,6 +132,7 @@ pub fn rerun(
         clock,
         is_over: false,
         tested,
+        faults,
         now: Timestamp::ZERO,
         is_reached: false,
         next_id: FIRST_MISSION,
@@ -200,6 +214,9 @@ impl Again {
     fn arrive(&mut self) {
         for line in 0..self.rig.lines.len() {
             while let Some((from, what)) = self.rig.lines[line].arrived(self.now) {
+                if from == EndId::STRANGER {
+                    continue;
+                }
                 let kind = match what {
                     Transmit::Bytes(packet) => RecordKind::Bytes(packet.as_slice().to_vec()),
                     Transmit::Frame(frame) => RecordKind::Frame(frame),
@@ -274,7 +291,30 @@ impl Again {
             RecordKind::Fault(_) if record.device == Device::Controller => {
                 return Err(RerunError::HostFault { at_s: record.at.as_secs_f64() });
             }
+            RecordKind::Fault(fault) => self.strike(fault)?,
             _ => {}
+        }
+        Ok(())
+    }
+
+    /// Begins or ends a fault of the lines. What it did to the inputs is in the record, frames of its own included.
+    fn strike(&mut self, record: &FaultRecord) -> Result<(), RerunError> {
+        let number = record.index as usize;
+        let Some((fault, chances)) = self.faults.get(number) else { return Ok(()) };
+        let of_line = fault.what.info().reach.is_line() || fault.target.part().is_some();
+        if !of_line || fault.what.makes_frames() {
+            return Ok(());
+        }
+        let struck = (fault.target, fault.toward, &fault.what);
+        match record.event {
+            FaultEvent::Began if self.clock == Clock::Real && fault.toward != Toward::Device => {
+                return Err(RerunError::LineFault { at_s: self.now.as_secs_f64() });
+            }
+            FaultEvent::Began => _ = self.rig.begin_fault(self.now, number, struck, chances),
+            FaultEvent::Ended { .. } => {
+                _ = self.rig.end_fault(self.now, number, (fault.target, &fault.what));
+            }
+            FaultEvent::NeverHappened { .. } | FaultEvent::Confinement { .. } => {}
         }
         Ok(())
     }
@@ -295,14 +335,12 @@ impl Again {
     fn heard(&mut self, record: Record, what: &[Transmit], is_can: bool) -> Result<(), RerunError> {
         let is_said = |line: &usize| {
             let line = &self.rig.lines[*line];
-            line.is_can() == is_can && line.ends().iter().any(|end| end.who == record.device)
+            // A fault sends from no end of the bus.
+            let mut senders = line.ends().iter().map(|end| end.who);
+            let is_strange = is_can && line.who(EndId::STRANGER) == record.device;
+            line.is_can() == is_can && (is_strange || senders.any(|who| who == record.device))
         };
-        let mut lines: Vec<usize> = (0..self.rig.lines.len()).filter(is_said).collect();
-        if lines.is_empty() && record.device == Device::Plan {
-            // A fault sent it, from no end of the bus.
-            lines =
-                (0..self.rig.lines.len()).filter(|line| self.rig.lines[*line].is_can()).collect();
-        }
+        let lines: Vec<usize> = (0..self.rig.lines.len()).filter(is_said).collect();
         let from = |line: usize| {
             let ends = self.rig.lines[line].ends();
             ends.iter().position(|end| end.who == record.device).map(EndId::of)

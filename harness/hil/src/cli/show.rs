@@ -39,7 +39,8 @@ pub(super) struct ShowArguments {
 
 /// Refuses a name that is no device or node of the record.
 fn check_name(header: &Header, name: &str) -> Result<(), Failure> {
-    let nodes = header.nodes.iter().map(|node| node.name.as_str());
+    let strangers = header.strangers().map(|device| header.name_of(device));
+    let nodes = header.nodes.iter().map(|node| node.name.as_str()).chain(strangers);
     let known: Vec<&str> = nodes.chain(Device::ALL.iter().map(|device| device.name())).collect();
     if known.contains(&name) {
         return Ok(());

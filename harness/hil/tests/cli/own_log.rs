@@ -1,6 +1,7 @@
 //! Bus logs with custom devices: imported as runs, and as the traffic of a node.
 
 use super::hil::{Hil, Ran};
+use std::collections::BTreeSet;
 use std::fs;
 
 /// Runs `hil` with these arguments in the project.
@@ -80,9 +81,39 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
     assert!(ran.out.contains("took longer than its limit"), "{}", ran.out);
 }
 
-/// Formats that number their channels lose the names of the lines.
+/// Traffic that a fault makes is of its bus, and of no node: no message of theirs has its identifiers.
 #[test]
-fn each_line_of_a_rig_has_its_channel_of_a_log() {
+fn traffic_that_a_fault_makes_is_of_its_bus() {
+    let hil = two_buses();
+    let fault = "[[fault]]\ntarget = \"vehicle\"\nwhat = { bus_load = { load_percent = 80 } }\n";
+    let plan = fs::read_to_string(hil.path("oven/two.toml")).unwrap();
+    let loaded = plan.replace("\"two\"\ntitle", "\"loaded\"\ntitle") + fault;
+    fs::write(hil.path("oven/loaded.toml"), loaded).unwrap();
+    within(&hil, &["run", "loaded.toml", "--out", "run", "--record", "full"]).exits(0);
+    within(&hil, &["export", "run", "--bus", "loaded.log"]).exits(0);
+    let log = fs::read_to_string(hil.path("oven/loaded.log")).unwrap();
+    let dbc = fs::read_to_string(hil.path("oven/devices/oven.dbc")).unwrap();
+    let messages: Vec<String> = dbc
+        .lines()
+        .filter_map(|line| line.strip_prefix("BO_ ")?.split(' ').next()?.parse::<u32>().ok())
+        .map(|id| format!("{id:03X}"))
+        .collect();
+    let channels = |is_of_a_node: bool| -> BTreeSet<&str> {
+        let of = |line: &str| messages.iter().any(|id| line.contains(&format!(" {id}#")));
+        let lines = log.lines().filter(|line| of(line) == is_of_a_node);
+        lines.filter_map(|line| line.split(' ').nth(1)).collect()
+    };
+    assert_eq!(Vec::from_iter(channels(true)), ["body", "vehicle"]);
+    assert_eq!(Vec::from_iter(channels(false)), ["vehicle"]);
+    let shown = within(&hil, &["show", "run", "--device", "stranger"]).exits(0);
+    assert!(shown.out.lines().count() > 1_000, "{}", shown.out.lines().count());
+    // The log of the run says the same as the run.
+    within(&hil, &["import", "loaded.log", "--plan", "two.toml", "--out", "again"]).exits(0);
+    assert_eq!(figures(&hil, "again"), figures(&hil, "run"));
+}
+
+/// A rig of two ovens on two buses, and its plan `two.toml`.
+fn two_buses() -> Hil {
     let hil = Hil::new();
     hil.run(&["new", "oven"]).exits(0);
     let node = |name: &str, line: &str| {
@@ -104,6 +135,13 @@ fn each_line_of_a_rig_has_its_channel_of_a_log() {
         "name = \"two\"\ntitle = \"\"\nrig = \"two\"\nsteps = [{ wait = { duration_s = 3 } }]\n";
     let plan = format!("{plan}{}{}", measured("first"), measured("second"));
     fs::write(hil.path("oven/two.toml"), plan).unwrap();
+    hil
+}
+
+/// Formats that number their channels lose the names of the lines.
+#[test]
+fn each_line_of_a_rig_has_its_channel_of_a_log() {
+    let hil = two_buses();
     within(&hil, &["run", "two.toml", "--out", "run", "--record", "full"]).exits(0);
     for log in ["two.log", "two.asc"] {
         within(&hil, &["export", "run", "--bus", log]).exits(0);
@@ -121,6 +159,14 @@ fn each_line_of_a_rig_has_its_channel_of_a_log() {
         away.contains("the log has no channel `vcan8`") && away.contains("can0, can1"),
         "{away}"
     );
+    // The only bus of a log may be that of another line.
+    let log = fs::read_to_string(hil.path("oven/two.log")).unwrap();
+    let body: Vec<&str> = log.lines().filter(|line| line.contains(" body ")).collect();
+    fs::write(hil.path("oven/body.log"), body.join("\n")).unwrap();
+    for stated in [&["body.log"][..], &["body.log", "--channel", "body=body"]] {
+        let asked = import(stated).exits(2).err;
+        assert!(asked.contains("which channel of the log is the line `vehicle`?"), "{asked}");
+    }
     import(&["two.asc", "--channel", "body=can0", "--channel", "vehicle=can1"]).exits(0);
     let counts = |figures: &[(String, Option<f64>, u64)]| -> Vec<u64> {
         figures.iter().map(|(.., observations)| *observations).collect()

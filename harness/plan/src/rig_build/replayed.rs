@@ -1,7 +1,7 @@
 //! Nodes of a rig file that are replayed from a log.
 
 use super::{Builder, Cause};
-use crate::replayed::{Words, part_in};
+use crate::replayed::{Channels, Words};
 use crate::rig::{NodePart, NodeTable, ReplayTable};
 use crate::speakers::Speaker;
 use std::path::Path;
@@ -33,7 +33,9 @@ impl<E: Cause> Builder<'_, E> {
             let words = words.map(|speaker| Words::Of(&speaker.layout, speaker.sender));
             Some((self.line(*line)?, words.unwrap_or(Words::All)))
         };
-        let said = part_in(&log, &|_| replay.channel.as_deref(), lines.iter().map(words));
+        let named = |_: &str| replay.channel.as_deref();
+        let channels = Channels { log: &log, named: &named, lines: &[] };
+        let said = channels.part(lines.iter().map(words));
         let said = said.map_err(|(line, known)| {
             if known.is_empty() {
                 let message = format!("{} holds no frames and no bytes", source.origin);

@@ -11,8 +11,10 @@ pub use nodes::StateChange;
 
 use crate::link::end_id::EndId;
 use faulty::Faulty;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 use waiting::Waiting;
-use wire::can::{BitRates, CanFrame};
+use wire::can::{BitRates, CanFrame, Id};
 use wire::time::Timestamp;
 
 /// Most frames that wait for the bus unless [more are expected](CanBus::expect); those beyond are dropped and counted.
@@ -25,6 +27,8 @@ pub struct CanBus {
     waiting: Waiting,
     on_bus: Option<(Timestamp, EndId, CanFrame)>,
     expected: usize,
+    /// Identifiers of messages of the nodes.
+    taken: Arc<BTreeSet<Id>>,
     no_room: u64,
     dropped: u64,
     faulty: Option<Box<Faulty>>,
@@ -41,6 +45,11 @@ impl CanBus {
         self.expected += frames;
     }
 
+    /// These identifiers are of messages: the traffic of other nodes that a fault makes has none of them.
+    pub fn take_identifiers(&mut self, identifiers: impl IntoIterator<Item = Id>) {
+        Arc::make_mut(&mut self.taken).extend(identifiers);
+    }
+
     /// Sends a frame. It goes at once if the bus is idle, else it takes part in the next arbitration. A classic bus
     /// drops CAN FD frames.
     pub fn send(&mut self, now: Timestamp, from: EndId, frame: CanFrame) {
@@ -49,6 +58,13 @@ impl CanBus {
             self.dropped += 1;
             return;
         }
+        if !self.is_delayed(now, from, &frame) {
+            self.wait(now, from, frame);
+        }
+    }
+
+    /// From now on the frame waits for the bus.
+    fn wait(&mut self, now: Timestamp, from: EndId, frame: CanFrame) {
         if self.waiting.len() >= self.expected.max(FRAMES_MAX) {
             self.no_room += 1;
             return;

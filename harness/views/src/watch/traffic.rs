@@ -42,7 +42,7 @@ pub struct Traffic {
 impl Traffic {
     pub(super) fn new(header: &Header) -> Self {
         let nodes = (0..=u8::MAX).take(header.nodes.len()).map(Device::Node);
-        let known = Device::ALL.into_iter().chain(nodes);
+        let known = Device::ALL.into_iter().chain(nodes).chain(header.strangers());
         let way = |device| (device, header.name_of(device).to_owned(), Way::default());
         let bit_rate = match &header.buses[..] {
             [] => Some(BIT_RATE),

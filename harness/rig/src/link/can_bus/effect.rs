@@ -4,11 +4,12 @@ use crate::link::end_id::EndId;
 use crate::link::gilbert_elliott::GilbertElliott;
 use plan::faults::Chance;
 use plan::faults::FaultKind;
-use wire::can::{BitRates, CanFrame, FD_BYTES_MAX, StandardId};
+use std::collections::BTreeSet;
+use wire::can::{BitRates, CanFrame, FD_BYTES_MAX, Id, StandardId};
 use wire::time::{Span, Timestamp};
 
-/// Identifiers of frames that faults make: none belongs to a base ([`wire::base`]). The babbler's wins every
-/// arbitration.
+/// Identifiers of frames that faults make: none belongs to a base ([`wire::base`]), nor to a message of a node on the bus.
+/// The babbler's wins every arbitration.
 const BABBLER: StandardId = StandardId::ZERO;
 /// Identifiers that win against a base and its host.
 const RIVALS: (u16, u16) = (0x001, 0x0ff);
@@ -42,9 +43,8 @@ pub(super) enum Effect {
 pub(super) enum Passed {
     On,
     Lost,
-    Later(Span),
     Twice,
-    /// Received, followed by this frame, which was sent before it.
+    /// Received, and this frame, which was sent before it, is sent again.
     Before(CanFrame),
 }
 
@@ -84,8 +84,8 @@ impl Effect {
         }
     }
 
-    /// Makes the frame that is due.
-    pub(super) fn make(&mut self, chance: &mut Chance) -> CanFrame {
+    /// Makes the frame that is due; `taken` are the identifiers of messages.
+    pub(super) fn make(&mut self, taken: &BTreeSet<Id>, chance: &mut Chance) -> CanFrame {
         match self {
             Self::Load(between_s, next) => {
                 // Independent starts: exponentially distributed intervals.
@@ -93,7 +93,7 @@ impl Effect {
                 *next += Span::from_secs_f64(wait_s).max(Span::from_nanos(1));
                 let range = if chance.happens(OTHERS_BELOW) { OTHERS } else { RIVALS };
                 let length = chance.below(9);
-                other(range, length, chance)
+                other(range, taken, length, chance)
             }
             Self::Babble(period, next) => {
                 *next += (*period).max(Span::from_nanos(1));
@@ -103,11 +103,19 @@ impl Effect {
         }
     }
 
+    /// For how long a frame waits in its node before it waits for the bus.
+    pub(super) const fn delays(&self) -> Span {
+        match self {
+            Self::Delay(by) => *by,
+            _ => Span::ZERO,
+        }
+    }
+
     /// A frame that wins against one that is about to start.
-    pub(super) fn rival(&mut self, chance: &mut Chance) -> Option<CanFrame> {
+    pub(super) fn rival(&mut self, taken: &BTreeSet<Id>, chance: &mut Chance) -> Option<CanFrame> {
         match self {
             Self::LoseArbitration(share) => {
-                chance.happens(*share).then(|| other(RIVALS, 8, chance))
+                chance.happens(*share).then(|| other(RIVALS, taken, 8, chance))
             }
             _ => None,
         }
@@ -145,7 +153,6 @@ impl Effect {
             }
             Self::Disconnect => Passed::Lost,
             Self::Duplicate(share) if chance.happens(*share) => Passed::Twice,
-            Self::Delay(by) if *by > Span::ZERO => Passed::Later(*by),
             Self::Reorder(share, waiting) => match waiting.take_if(|(of, _)| *of == from) {
                 Some((_, late)) => return Passed::Before(late),
                 None if waiting.is_none() && chance.happens(*share) => {
@@ -177,12 +184,20 @@ impl Effect {
     }
 }
 
-/// A frame of another node.
-fn other((least, greatest): (u16, u16), length: usize, chance: &mut Chance) -> CanFrame {
-    let id = least + chance.below(usize::from(greatest - least) + 1) as u16;
+/// A frame of another node, with the next identifier that no message has.
+fn other(
+    (least, greatest): (u16, u16),
+    taken: &BTreeSet<Id>,
+    length: usize,
+    chance: &mut Chance,
+) -> CanFrame {
+    let drawn = least + chance.below(usize::from(greatest - least) + 1) as u16;
     let data = [0x55; 8];
-    // Both are in range: an 11-bit identifier and at most eight bytes.
-    StandardId::new(id)
+    // All are in range: an 11-bit identifier and at most eight bytes.
+    (drawn..=greatest)
+        .chain(least..drawn)
+        .filter_map(StandardId::new)
+        .find(|id| !taken.contains(&Id::Standard(*id)))
         .and_then(|id| CanFrame::new(id, data.get(..length)?))
         .unwrap_or_else(|| CanFrame::full(BABBLER, data))
 }

@@ -8,6 +8,7 @@ use crate::link::end_id::EndId;
 use emulators::fault::{Switch, Switches};
 use plan::faults::Chance;
 use plan::faults::FaultKind;
+use std::collections::BTreeSet;
 use wire::can::{CanFrame, Id};
 use wire::time::{Span, Timestamp};
 
@@ -32,7 +33,10 @@ pub(super) struct Faulty {
     last_sender: Option<EndId>,
     /// End of the last frame.
     free_since: Timestamp,
+    /// Delayed frames, and when each begins to wait for the bus.
     held: Vec<(Timestamp, EndId, CanFrame)>,
+    /// Frames that are sent once more: no fault of a controller strikes them again.
+    again: Vec<(EndId, CanFrame)>,
 }
 
 #[derive(Debug, Clone)]
@@ -67,6 +71,7 @@ impl CanBus {
                 last_sender: None,
                 free_since: now,
                 held: Vec::new(),
+                again: Vec::new(),
             })
         });
         faulty.layers.switch_on(number, Layer { from, only, effect }, chance);
@@ -76,13 +81,43 @@ impl CanBus {
     /// Ends the fault of this number; returns how many frames it struck or made. Error counters keep their values.
     pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
         let Some(faulty) = &mut self.faulty else { return 0 };
-        for layer in faulty.layers.numbered(number) {
-            // No later frame will come that it could wait for.
-            if let Some((from, frame)) = layer.fault.effect.release() {
-                hold(&mut faulty.held, &mut self.dropped, now, from, frame);
+        let layers = faulty.layers.numbered(number);
+        // No later frame will come that they could wait for.
+        let left = Vec::from_iter(layers.filter_map(|layer| layer.fault.effect.release()));
+        let acted = faulty.layers.switch_off(number).map_or(0, |(acted, _)| acted);
+        for (from, frame) in left {
+            self.send_again(from, frame);
+            if self.on_bus.is_none() {
+                self.arbitrate(now);
             }
         }
-        faulty.layers.switch_off(number).map_or(0, |(acted, _)| acted)
+        acted
+    }
+
+    /// Sends a frame that was on the bus already once more, as soon as the bus is free for it.
+    fn send_again(&mut self, from: EndId, frame: CanFrame) {
+        let Some(faulty) = &mut self.faulty else { return };
+        faulty.again.push((from, frame));
+        self.waiting.push_again(from, frame);
+    }
+
+    /// Takes a frame that a fault delays, and says so.
+    pub(super) fn is_delayed(&mut self, now: Timestamp, from: EndId, frame: &CanFrame) -> bool {
+        let Some(faulty) = &mut self.faulty else { return false };
+        let mut by = Span::ZERO;
+        for Switch { fault, acted, .. } in faulty.layers_of(from, frame) {
+            let more = fault.effect.delays();
+            *acted += u64::from(more > Span::ZERO);
+            by += more;
+        }
+        if by > Span::ZERO {
+            if faulty.held.len() < HELD_MAX {
+                faulty.held.push((now + by, from, *frame));
+            } else {
+                self.dropped += 1;
+            }
+        }
+        by > Span::ZERO
     }
 
     /// Whether a change of a node's error state has not been taken yet.
@@ -125,12 +160,16 @@ impl CanBus {
             }
             if let Some(place) = faulty.held.iter().position(|(at, ..)| *at == next) {
                 let (_, from, frame) = faulty.held.remove(place);
-                return Some((from, frame));
+                match self.may_send(next, from) {
+                    true => self.wait(next, from, frame),
+                    false => self.dropped += 1,
+                }
+                continue;
             }
             if let Some(layer) =
                 faulty.layers.iter_mut().find(|layer| layer.fault.effect.next_made() == next)
             {
-                let frame = layer.fault.effect.make(&mut layer.chance);
+                let frame = layer.fault.effect.make(&self.taken, &mut layer.chance);
                 // The babbler has one mailbox, and all others together have few.
                 let waits = faulty.strangers_waiting >= STRANGERS_WAITING_MAX
                     || self.waiting.has(EndId::STRANGER, frame.id());
@@ -141,12 +180,15 @@ impl CanBus {
                 continue;
             }
             let (at, from, frame) = self.on_bus.take()?;
-            if let Some(through) = self.settle(at, from, frame) {
-                return Some(through);
+            let through = self.settle(at, from, frame);
+            self.arbitrate(at);
+            if through.is_some() {
+                return through;
             }
         }
     }
 
+    /// What of a frame that was on the bus until `at` is received.
     fn settle(&mut self, at: Timestamp, from: EndId, frame: CanFrame) -> Option<(EndId, CanFrame)> {
         let faulty = self.faulty.as_mut()?;
         (faulty.last_sender, faulty.free_since) = (Some(from), at);
@@ -155,15 +197,13 @@ impl CanBus {
         if destroyed {
             if faulty.nodes.state(from) == ErrorState::Off {
                 self.dropped += self.waiting.forget(from) as u64 + 1;
+                faulty.again.retain(|(node, _)| *node != from);
             } else {
                 // The node retries before its later frames.
                 self.waiting.push_again(from, frame);
             }
-            self.arbitrate(at);
             return None;
         }
-        self.arbitrate(at);
-        let faulty = self.faulty.as_mut()?;
         if from == EndId::STRANGER {
             return Some((from, frame));
         }
@@ -172,25 +212,21 @@ impl CanBus {
             self.dropped += 1;
             return None;
         }
-        let (mut passing, rates) = (frame, self.rates);
+        if let Some(place) = faulty.again.iter().position(|one| *one == (from, frame)) {
+            faulty.again.remove(place);
+            return Some((from, frame));
+        }
+        let (mut passing, mut again) = (frame, Vec::new());
         for layer in faulty.layers.iter_mut().filter(|layer| layer.fault.strikes(from, &frame)) {
             let Switch { fault, chance, acted, .. } = layer;
             match fault.effect.pass(from, &mut passing, chance, acted) {
                 Passed::On => {}
                 Passed::Lost => return None,
-                Passed::Later(by) => {
-                    hold(&mut faulty.held, &mut self.dropped, at + by, from, passing);
-                    return None;
-                }
-                Passed::Twice => {
-                    let again = passing.duration(rates);
-                    hold(&mut faulty.held, &mut self.dropped, at + again, from, passing);
-                }
-                Passed::Before(late) => {
-                    hold(&mut faulty.held, &mut self.dropped, at, from, late);
-                }
+                Passed::Twice => again.push(passing),
+                Passed::Before(late) => again.push(late),
             }
         }
+        again.into_iter().for_each(|frame| self.send_again(from, frame));
         Some((from, passing))
     }
 }
@@ -230,7 +266,7 @@ impl CanBus {
         let wait = if at_once.is_some() { Span::ZERO } else { bit * SUSPEND_BITS };
         faulty.nodes.busy();
         let (from, frame) = self.waiting.at(place);
-        if let Some(rival) = faulty.rival(from, &frame) {
+        if let Some(rival) = faulty.rival(&self.taken, from, &frame) {
             self.on_bus = Some((now + wait + rival.duration(rates), EndId::STRANGER, rival));
             return;
         }
@@ -263,9 +299,9 @@ impl Faulty {
     }
 
     /// A frame of another node that wins against this one of `from`.
-    fn rival(&mut self, from: EndId, frame: &CanFrame) -> Option<CanFrame> {
+    fn rival(&mut self, taken: &BTreeSet<Id>, from: EndId, frame: &CanFrame) -> Option<CanFrame> {
         self.layers_of(from, frame).find_map(|Switch { fault, chance, acted, .. }| {
-            let rival = fault.effect.rival(chance);
+            let rival = fault.effect.rival(taken, chance);
             *acted += u64::from(rival.is_some());
             rival
         })
@@ -278,20 +314,6 @@ impl Faulty {
             *acted += u64::from(bits.is_some());
             bits
         })
-    }
-}
-
-fn hold(
-    held: &mut Vec<(Timestamp, EndId, CanFrame)>,
-    dropped: &mut u64,
-    at: Timestamp,
-    from: EndId,
-    frame: CanFrame,
-) {
-    if held.len() < HELD_MAX {
-        held.push((at, from, frame));
-    } else {
-        *dropped += 1;
     }
 }
 

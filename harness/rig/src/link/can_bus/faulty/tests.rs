@@ -111,6 +111,36 @@ fn what_is_reordered_comes_behind_the_next() {
     assert!(acted == turned || acted == turned + 1);
 }
 
+/// Found by a user: two frames of one node ended at the same nanosecond.
+#[test]
+fn what_comes_late_or_twice_takes_its_time_on_the_bus() {
+    for kind in [
+        FaultKind::Delay { by_s: 0.001 },
+        FaultKind::Duplicate { duplicate_percent: 50.0 },
+        FaultKind::Reorder { reorder_percent: 50.0 },
+    ] {
+        let mut bus = faulty(kind);
+        for number in 0..20 {
+            bus.send(Timestamp::ZERO, BASE, frame(number));
+        }
+        bus.send(at_ms(1), HOST, frame(20));
+        let mut heard = drain(&mut bus, at_ms(1));
+        bus.end_fault(at_ms(1), 5);
+        for number in 21..40 {
+            bus.send(at_ms(1), BASE, frame(number));
+        }
+        heard.extend(drain(&mut bus, at_ms(100)));
+        let apart = |pair: &[(Timestamp, EndId, CanFrame)]| {
+            pair[1].0 - pair[0].0 >= pair[1].2.duration(BitRates::USUAL)
+        };
+        assert!(heard.windows(2).all(apart), "{} {heard:?}", kind.name());
+        let mut numbers: Vec<u64> = heard.iter().map(|(.., frame)| number(frame)).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert_eq!(numbers, (0..40).collect::<Vec<_>>(), "{}", kind.name());
+    }
+}
+
 #[test]
 fn corruption_changes_one_bit_of_the_data() {
     let mut bus = faulty(FaultKind::Corrupt { corrupt_percent: 50.0 });
