@@ -96,6 +96,15 @@ impl RunFolder {
         if holds_any { Ok(folder) } else { Err(RunFolderError::no_run(folder.path)) }
     }
 
+    /// Holds the folder until the returned value is dropped, so that no run begins to fill it.
+    ///
+    /// # Errors
+    /// [`RunFolderError::Busy`] when a run fills it.
+    pub fn held(mut self) -> Result<Self, RunFolderError> {
+        self.lock = Lock::of(&self.path)?;
+        Ok(self)
+    }
+
     /// Reports to `teller` how much of the record has been read.
     #[must_use]
     pub fn telling(mut self, teller: Teller) -> Self {

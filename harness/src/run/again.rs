@@ -13,7 +13,8 @@
 //! a refused mission, has a reason.
 //!
 //! Properties are judged again if the record holds their data; others keep the verdict of the run, and
-//! [`JudgedAgain::kept`] lists them with the reason. A run that failed only for a broken property went to its end.
+//! [`JudgedAgain::kept`] lists them with the reason. One of which there is no verdict does not hold. A run that failed only for
+//! a broken property went to its end.
 //!
 //! An incomplete record never passes, whatever the summary says: a summary is written after the record, so the record
 //! was damaged later, and the verdicts in the summary rest on more than what is left. For the same reason the documents
@@ -92,7 +93,10 @@ pub fn judge_again(
         (Some(summary), None) if went_to_its_end(summary) => (judged, None),
         (Some(summary), None) => (summary.outcome, summary.reason.clone()),
     };
-    let summary = summary.unwrap_or_else(|| unfinished(recorded, &plan.title, read.last));
+    let mut summary = summary.unwrap_or_else(|| unfinished(recorded, &plan.title, read.last));
+    if read.error.is_some() {
+        summary.simulated_s = summary.simulated_s.min(read.last.as_secs_f64());
+    }
     let real = summary.clock == "real";
     let before = &stated_alike(plan, recorded, &summary.properties);
     let (properties, kept) = match replayed {
@@ -102,7 +106,14 @@ pub fn judge_again(
         None => Default::default(),
     };
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
-    if let Some(why) = breach(&summary.properties) {
+    // What the bench of the run did not show is no fault of the record, and has another reason.
+    let lacks = |one: &&PropertySummary| {
+        let why =
+            |kept: &Unjudged| kept.name == one.name && Some(&kept.why) == one.not_judged.as_ref();
+        one.held.is_none() && kept.iter().any(why)
+    };
+    let lacking = summary.properties.iter().find(lacks).and_then(without_verdict);
+    for why in lacking.into_iter().chain(breach(&summary.properties)) {
         worsen(&mut summary, Outcome::Failed, why);
     }
     let is_unjudged = |one: &PropertySummary| one.held.is_none();
@@ -115,10 +126,18 @@ pub fn judge_again(
 const NOTHING_JUDGED: &str =
     "nothing was judged: the record does not hold what the properties need";
 
+/// A sentence about a property that was not judged.
+fn without_verdict(property: &PropertySummary) -> Option<String> {
+    let why = property.not_judged.as_ref().filter(|_| property.held.is_none())?;
+    Some(format!("{} is not judged: {why}", property.name))
+}
+
 /// The summary before its properties were judged: they are judged again.
 fn without_verdicts(mut summary: Summary) -> Summary {
-    let breach = breach(&summary.properties);
-    for why in [Some(NOTHING_JUDGED), breach.as_deref()].into_iter().flatten() {
+    let unjudged = summary.properties.iter().filter_map(without_verdict);
+    let reasons = breach(&summary.properties).into_iter().chain(unjudged);
+    let reasons: Vec<_> = [NOTHING_JUDGED.to_owned()].into_iter().chain(reasons).collect();
+    for why in &reasons {
         let left = summary.reason.as_deref().and_then(|reason| reason.strip_suffix(why));
         // Runs of earlier versions have a semicolon between their reasons.
         let left = left.map(|left| {

@@ -20,9 +20,14 @@ pub fn load_recorded(
     named: Option<&str>,
 ) -> Result<Option<(Plan, Rig)>, PrepareError> {
     let Some((library, name)) = place_of(recorded, named) else { return Ok(None) };
-    let plan = load_plan(&library, name)?;
+    let source = library.open(Kind::Plan, name)?;
+    let plan = Plan::parse(&source.origin, &source.text)?;
     let rig = load_rig(&library.of(plan.project.as_deref()), &plan)?;
     expect_nodes(recorded, &plan, &rig)?;
+    // That of the record was checked before it was run, by the rules of its day.
+    if named.is_some() {
+        plan.check_rig(&source.origin, &source.text, &rig)?;
+    }
     Ok(Some((plan, rig)))
 }
 

@@ -50,6 +50,7 @@ impl CheckArguments {
 
     fn check(&self, run: &Path, screen: &Screen) -> Result<Summary, Failure> {
         let (name, folder) = screen.opened(run)?;
+        let folder = folder.held()?;
         let was = folder.summary_if_any()?;
         let records = folder.records()?;
         let recorded = records.header().clone();

@@ -114,6 +114,9 @@ fn two_runs_do_not_share_a_folder() {
     wait_for("the record", || length(&record) > 0);
     let second = hil.run(&["run", "turn.toml", "--out", "run"]).exits(2);
     assert!(second.err.contains("a run is going on there"), "{}", second.err);
+    // Its verdict would be on a part of the run, and would stand if the run were killed.
+    let checked = hil.run(&["check", "run"]).exits(2);
+    assert!(checked.err.contains("a run is going on there"), "{}", checked.err);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     Ran::of(child.wait_with_output().unwrap()).exits(5);
     assert_eq!(hil.outcome("run"), "aborted");

@@ -14,6 +14,7 @@ mod hil;
 mod input;
 mod interrupt;
 mod json;
+mod judged_again;
 mod measured;
 mod new;
 mod operator;

@@ -23,8 +23,8 @@ pub enum RunFolderError {
         path: PathBuf,
     },
     /// Another run uses it.
-    #[error("refused to replace {}: a run is going on there", path.display())]
-    #[diagnostic(help("wait until it is over, or choose another folder with --out"))]
+    #[error("refused to write in {}: a run is going on there", path.display())]
+    #[diagnostic(help("wait until it is over, or choose another folder"))]
     Busy {
         /// The folder.
         path: PathBuf,

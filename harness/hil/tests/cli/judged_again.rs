@@ -1,0 +1,62 @@
+//! `hil check` gives no verdict that the record does not bear out.
+
+use crate::hil::{Hil, Ran};
+use std::fs;
+
+/// A project, with `property.toml`: its plan, and a property.
+fn with_property(always: &str) -> Hil {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    with_plan(&hil, "property.toml", always);
+    hil
+}
+
+fn with_plan(hil: &Hil, name: &str, always: &str) {
+    let plan = fs::read_to_string(hil.path("oven/settles.toml")).unwrap();
+    let property = format!("\n[[property]]\nname = \"cool\"\nalways = '{always}'\n");
+    fs::write(hil.path("oven").join(name), plan + &property).unwrap();
+}
+
+fn within(hil: &Hil, arguments: &[&str]) -> Ran {
+    Ran::of(hil.command(arguments).current_dir(hil.path("oven")).output().unwrap())
+}
+
+/// Found by a user: the property was broken in the run, and its verdict gone after another plan had judged the record.
+#[test]
+fn a_property_of_which_there_is_no_verdict_does_not_hold() {
+    let hil = with_property("device.Temperature < 60 degC");
+    within(&hil, &["run", "property.toml", "--out", "run"]).exits(1);
+    let check = |arguments: &[&str]| within(&hil, &[&["check", "run"], arguments].concat());
+    let kept = check(&[]).exits(1);
+    assert!(kept.err.contains("cool keeps the verdict of the run"), "{}", kept.err);
+    for _ in 0..2 {
+        check(&["--plan", "settles.toml"]).exits(0);
+        for _ in 0..2 {
+            let gone = check(&[]).exits(1);
+            assert_eq!(gone.out.matches("cool is not judged").count(), 1, "{}", gone.out);
+        }
+    }
+}
+
+#[test]
+fn a_plan_that_does_not_fit_judges_nothing() {
+    let hil = with_property("device.Temperature < 100 degC");
+    within(&hil, &["run", "property.toml", "--out", "run", "--record", "full"]).exits(0);
+    let was = fs::read(hil.path("oven/run/summary.json")).unwrap();
+    for always in [
+        "device.Temperature < ",
+        "device.Tempratur < 100 degC",
+        "device.Temperature < 100 A",
+        "device.Temperature",
+    ] {
+        with_plan(&hil, "bad.toml", always);
+        let ran = within(&hil, &["run", "bad.toml"]).exits(2);
+        let checked = within(&hil, &["check", "run", "--plan", "bad.toml"]).exits(2);
+        assert_eq!(checked.err, ran.err);
+    }
+    let plan = fs::read_to_string(hil.path("oven/settles.toml")).unwrap();
+    fs::write(hil.path("oven/bad.toml"), plan.replace("\"degC\"", "\"kV\"")).unwrap();
+    let checked = within(&hil, &["check", "run", "--plan", "bad.toml"]).exits(2);
+    assert!(checked.err.contains("kV"), "{}", checked.err);
+    assert_eq!(fs::read(hil.path("oven/run/summary.json")).unwrap(), was);
+}
