@@ -124,6 +124,11 @@ impl Line {
         &self.ends
     }
 
+    /// Whether what is sent arrives at once.
+    pub const fn is_direct(&self) -> bool {
+        matches!(self.wire, Wire::Direct(_))
+    }
+
     pub const fn is_can(&self) -> bool {
         matches!(self.wire, Wire::Can(_))
     }

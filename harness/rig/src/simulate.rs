@@ -10,7 +10,8 @@ mod stream;
 use super::Rig;
 use super::director::Director;
 use super::faults::Faults;
-use super::node::Part;
+use super::line::Line;
+use super::node::{Node, Part};
 use super::touched::Touched;
 use crate::crossing::MaybeCrossing;
 use crate::ended::Ended;
@@ -59,6 +60,8 @@ pub struct Simulation {
     /// The emulated nodes and the others, one bit each.
     pub(super) emulated: u64,
     pub(super) others: u64,
+    /// The nodes that play a log on lines that carry it as it is.
+    replayed: u64,
     /// Faults of the plan; `None` if it schedules no faults.
     pub(super) faults: Option<Box<Faults>>,
     /// Next wake-up of the plan.
@@ -82,10 +85,16 @@ impl Simulation {
         let emulated = bits.filter(|(_, node)| node.is_emulated()).map(|(place, _)| 1_u64 << place);
         let emulated: u64 = emulated.sum();
         let others = ((1 << rig.nodes.len()) - 1) & !emulated;
+        let plays = |node: &Node| matches!(node.part, Part::Replayed(_));
+        let of_log = rig.lines.iter().any(Line::is_direct);
+        let nodes = rig.nodes.iter().enumerate();
+        let replayed = nodes.filter(|(_, node)| of_log && plays(node));
+        let replayed = replayed.map(|(place, _)| 1_u64 << place).sum();
         Self {
             now,
             emulated,
             others,
+            replayed,
             rig,
             director,
             crossing,
@@ -215,6 +224,10 @@ impl Simulation {
         }
         if self.faults.is_some() {
             self.strike(sink);
+        }
+        // A log says when its entries had arrived: before what the plan does at that moment.
+        for place in Touched(self.replayed).places() {
+            self.rig.empty(self.now, place);
         }
         self.deliver(sink);
         if self.faults.is_some() {

@@ -81,6 +81,50 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
     assert!(ran.out.contains("took longer than its limit"), "{}", ran.out);
 }
 
+/// Found by a user: a frame at the instant at which a `wait` ends belonged to that step in the run, and to the next one in
+/// the import of its log.
+#[test]
+fn a_frame_at_the_end_of_a_step_belongs_to_it() {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    let mut rig = "[[line]]\nname = \"can0\"\ncan = {}\n".to_owned();
+    for (name, id, period_s) in [("k", 0x100, 0.1), ("j", 0x50, 0.03)] {
+        let device = format!(
+            "name = \"{name}\"\ntitle = \"\"\nsource = \"invented\"\n[parameter.p]\nvalue = 1\n\
+             [signal.P]\nexpression = \"p\"\n[[message]]\nname = \"M\"\nsent_by = \"device\"\n\
+             can_id = {id}\nperiod_s = {period_s}\nfields = [{{ name = \"P\", type = \"u8\" }}]\n"
+        );
+        fs::write(hil.path(&format!("oven/devices/{name}.toml")), device).unwrap();
+        rig += &format!("[[node]]\nname = \"{name}\"\nat = \"can0\"\nemulate = \"{name}\"\n");
+    }
+    fs::create_dir_all(hil.path("oven/rigs")).unwrap();
+    fs::write(hil.path("oven/rigs/steps.toml"), rig).unwrap();
+    let plan = r#"
+name = "steps"
+title = ""
+rig = "steps"
+steps = [
+    { wait_until = { above = { quantity = "k.P", limit = 0.5 } }, time_limit_s = 1 },
+    { wait = { duration_s = 1 }, label = "before" },
+    { set_parameter = { parameter = "k.p", value = 3 } },
+    { wait = { duration_s = 0.95 }, label = "after" },
+]
+[[measurement]]
+name = "after"
+doc = "The value once it is set"
+quantity = "k.P"
+unit = "1"
+check = { never_outside = { band = [3, 3], during = "after" } }
+"#;
+    fs::write(hil.path("oven/steps.toml"), plan).unwrap();
+    within(&hil, &["run", "steps.toml", "--out", "run", "--record", "full"]).exits(0);
+    for log in ["steps.log", "steps.pcapng"] {
+        within(&hil, &["export", "run", "--bus", log]).exits(0);
+        within(&hil, &["import", log, "--plan", "steps.toml", "--out", "again"]).exits(0);
+        assert_eq!(figures(&hil, "again"), figures(&hil, "run"), "{log}");
+    }
+}
+
 /// Traffic that a fault makes is of its bus, and of no node: no message of theirs has its identifiers.
 #[test]
 fn traffic_that_a_fault_makes_is_of_its_bus() {

@@ -104,6 +104,7 @@ impl Simulation {
             touched: self.touched,
             emulated: self.emulated,
             others: self.others,
+            replayed: self.replayed,
             faults: self.faults.clone(),
             plan_due: self.plan_due,
             events: self.events,
