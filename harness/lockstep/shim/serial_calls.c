@@ -28,9 +28,13 @@ EXPORT int tcgetattr(int fd, struct termios *settings) {
 }
 EXPORT int tcsetattr(int fd, int actions, const struct termios *settings) {
     struct serial *serial = serial_of(fd);
-    if (serial && actions == TCSAFLUSH) serial_forget_input(serial, TCIFLUSH);
-    int result = REAL(tcsetattr)(tty_of(fd), actions, settings);
-    if (serial && result == 0) serial_framed(serial, settings->c_cflag), serial_settled(serial);
+    if (!serial) return REAL(tcsetattr)(fd, actions, settings);
+    if (actions == TCSAFLUSH) serial_forget_input(serial, TCIFLUSH);
+    // The C library finds that a pty drops some bits, and calls that an error; a UART keeps them.
+    struct termios of_pty = *settings;
+    of_pty.c_cflag = (of_pty.c_cflag & ~(CSIZE | PARENB)) | CS8 | CREAD;
+    int result = REAL(tcsetattr)(serial->tty, actions, &of_pty);
+    if (result == 0) serial_framed(serial, settings->c_cflag), serial_settled(serial);
     return result;
 }
 EXPORT int tcflush(int fd, int queue) {

@@ -103,9 +103,11 @@ fn what_the_program_sets_of_its_port_is_known_and_given_back() {
                 print(termios.tcgetattr(port)[4] == termios.B19200, flush=True)\n\
                 os.read(port, 1)\n\
                 settings = termios.tcgetattr(port)\n\
-                settings[2] = settings[2] & ~termios.CSIZE | termios.CS7 | termios.PARENB | termios.CSTOPB\n\
+                settings[2] |= termios.CSTOPB\n\
                 settings[4] = settings[5] = termios.B9600\n\
                 termios.tcsetattr(port, termios.TCSANOW, settings)\n\
+                settings[2] = settings[2] & ~termios.CSIZE | termios.CS7 | termios.PARENB\n\
+                for _ in range(2): termios.tcsetattr(port, termios.TCSANOW, settings)\n\
                 has = termios.tcgetattr(port)[2]\n\
                 print(has & termios.CSIZE == termios.CS7, has & termios.PARENB != 0, flush=True)\n\
                 os.read(port, 1)";
