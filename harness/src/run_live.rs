@@ -144,7 +144,11 @@ impl LiveSetting<'_> {
 
 /// Checks that a port carries what is on a line. Whether an interface of the kernel is set up for CAN FD shows only when
 /// it is opened.
-fn carried(spec: &PortSpec, line: &RigLine) -> Result<(), PlacementError> {
+///
+/// # Errors
+///
+/// When it carries something else, or no CAN FD where the line has it.
+pub fn carried(spec: &PortSpec, line: &RigLine) -> Result<(), PlacementError> {
     let (wanted, fits) = match line.medium {
         Medium::Can => ("CAN frames", spec.carries_frames()),
         Medium::Serial(_) => ("serial bytes", !spec.carries_frames()),

@@ -156,6 +156,9 @@ impl RunFolder {
         let path = self.file(SUMMARY);
         let json = match read_at_most(&path, SUMMARY_BYTES_MAX) {
             Ok(json) => json,
+            Err(source) if source.kind() == io::ErrorKind::NotFound => {
+                return Err(RunFolderError::NoSummary { path });
+            }
             Err(source) => return Err(RunFolderError::Read { path, source }),
         };
         serde_json::from_slice(&json).map_err(|source| RunFolderError::Summary { path, source })

@@ -21,6 +21,8 @@ pub struct CrossedLine {
     /// Name in messages: that of the device at one end, or of the line itself.
     pub name: Arc<str>,
     pub is_can: bool,
+    /// A CAN FD bus.
+    pub is_fd: bool,
     /// The device's end; what it sends goes toward the host.
     pub device_end: usize,
 }

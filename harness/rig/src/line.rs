@@ -133,6 +133,11 @@ impl Line {
         matches!(self.wire, Wire::Can(_))
     }
 
+    /// Whether it is a CAN FD bus.
+    pub const fn is_fd(&self) -> bool {
+        matches!(&self.wire, Wire::Can(bus) if bus.rates().data.is_some())
+    }
+
     /// The sender, in the record, of what comes from this end.
     pub fn who(&self, from: EndId) -> Device {
         self.ends.get(from.place()).map_or(self.stranger, |end| end.who)

@@ -111,6 +111,7 @@ struct Again {
     /// Frames by identifier, as they may swap places on a busy bus. Bytes have no identifier.
     outputs: BTreeMap<Option<Id>, Pairs>,
     reports: Pairs,
+    not_started: Option<String>,
     came: Rerun,
 }
 
@@ -138,10 +139,14 @@ pub fn rerun(
         next_id: FIRST_MISSION,
         outputs: BTreeMap::new(),
         reports: Pairs::new(clock),
+        not_started: None,
         came: Rerun::default(),
     };
     // At the start the devices are queried, not woken.
     again.tested.clone().into_iter().for_each(|place| again.ask(place));
+    if let Some(why) = again.not_started.take() {
+        return Err(RerunError::NotStarted { why });
+    }
     let (mut has_bytes, mut over) = (false, Timestamp::ZERO);
     for record in records {
         let record = record?;
@@ -261,8 +266,10 @@ impl Again {
             self.reports.now.push_back(Record { at: self.now, device: Device::Controller, kind });
         }
         while let Some(news) = guest.news() {
-            if let News::Ended(how) | News::NotStarted(how) = news {
-                self.came.ended.get_or_insert(how);
+            match news {
+                News::Ended(how) => _ = self.came.ended.get_or_insert(how),
+                News::NotStarted(why) => _ = self.not_started.get_or_insert(why),
+                _ => {}
             }
         }
         machine.ask_due();

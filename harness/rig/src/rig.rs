@@ -358,6 +358,7 @@ impl Rig {
         let of = |(line, name): (&Line, &Arc<str>)| CrossedLine {
             name: Arc::clone(name),
             is_can: line.is_can(),
+            is_fd: line.is_fd(),
             device_end: line
                 .ends()
                 .iter()

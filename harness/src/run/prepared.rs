@@ -60,12 +60,9 @@ pub enum PrepareError {
     Model(#[from] ModelError),
     /// Records refer to nodes by their place in the rig.
     #[error("the rig of the plan \"{plan}\" has {theirs}, but the record has {recorded}")]
-    #[diagnostic(
-        code(hil::plan::other_nodes),
-        help(
-            "a record counts its nodes: its plan needs a rig with the same nodes on the same lines, in the same order"
-        )
-    )]
+    #[diagnostic(help(
+        "a record counts its nodes: its plan needs a rig with the same nodes on the same lines, in the same order"
+    ))]
     OtherNodes {
         /// Name of the plan.
         plan: String,

@@ -105,10 +105,10 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]
     fmu: Option<PathBuf>,
     /// Version of FMI.
-    #[arg(long, value_enum, default_value_t, requires = "fmu")]
+    #[arg(long, value_enum, default_value_t, requires = "fmu", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]
     fmi: Fmi,
     /// The library in the FMU. [default: libfmu_device.so where hil is installed]
-    #[arg(long, value_name = "FILE", requires = "fmu")]
+    #[arg(long, value_name = "FILE", requires = "fmu", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]
     library: Option<PathBuf>,
 }
 

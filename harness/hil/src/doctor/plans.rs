@@ -6,7 +6,8 @@ use emulators::base::Transport;
 use emulators::device_file::Mount;
 use harness::operator::{AnswerFile, Answers, Attendance, RealRoles, asks_a_person};
 use harness::run::Prepared;
-use live::world::BenchWork;
+use harness::run_live::carried;
+use live::world::{BenchWork, PlacementError};
 use miette::Diagnostic;
 use plan::bench_file::{self, BenchFile, PortText, ROLES};
 use plan::made::Made;
@@ -147,6 +148,7 @@ pub(super) fn judge(
         if let Err(foreign) = bench.expect_of(&one.rig) {
             findings.push(unusable(&subject, &foreign));
         }
+        findings.extend(classic(bench, one).map(|error| unusable(&subject, &error)));
         for needed in needed(one) {
             if let Needed::Role(role, _) = needed
                 && !roles.contains(&role)
@@ -179,6 +181,15 @@ pub(super) fn judge(
         [] => bench.device.iter().map(|_| "device").collect(),
         _ => roles,
     }
+}
+
+/// CAN FD lines at ports that carry classic frames. What else a port may not carry, [`misfit`] finds.
+fn classic(bench: &BenchFile, one: &Prepared) -> impl Iterator<Item = PlacementError> {
+    one.rig.lines.iter().filter_map(|line| {
+        let port = &bench.lines.get(&line.name)?.port;
+        let error = carried(&port.as_str().parse().ok()?, line).err()?;
+        matches!(error, PlacementError::NoFd { .. }).then_some(error)
+    })
 }
 
 /// Finding for a role or line on another medium than in the plan.

@@ -85,3 +85,39 @@ fn a_machine_without_can_says_what_it_lacks() {
     assert!(ran.err.contains("slcan-pty"), "{}", ran.err);
     assert!(!hil.path("runs").exists());
 }
+
+/// Found by a user: the run began, and blamed another program; the doctor called the bench good.
+#[test]
+fn an_adapter_carries_no_can_fd() {
+    let hil = Hil::new();
+    let files = [
+        (
+            "devices/fd.toml",
+            "name = \"fd\"\ntitle = \"\"\nsource = \"invented\"\n[signal.S]\nexpression = \"1\"\n\
+             [[message]]\nname = \"M\"\nsent_by = \"device\"\ncan_id = 0x100\nfd = true\nperiod_s = 0.1\n\
+             fields = [{ name = \"S\", type = \"u8\" }]\n",
+        ),
+        (
+            "rigs/fd.toml",
+            "[[line]]\nname = \"can0\"\ncan = { bit_rate = 500_000, data_bit_rate = 2_000_000 }\n\
+             [[node]]\nname = \"fd\"\nat = \"can0\"\nemulate = \"fd\"\n\
+             [[node]]\nname = \"own\"\nat = \"can0\"\nunder_test = { command = [\"true\"] }\n",
+        ),
+        (
+            "fd.toml",
+            "name = \"fd\"\ntitle = \"\"\nrig = \"fd\"\nsteps = [{ wait = { duration_s = 1 } }]\n\
+             [[measurement]]\nname = \"s\"\ndoc = \"\"\nquantity = \"fd.S\"\nunit = \"1\"\n\
+             check = { all_within = [1, 1] }\n",
+        ),
+        ("slcan.toml", "[line.can0]\nport = \"slcan-pty\"\n"),
+    ];
+    for (name, text) in files {
+        fs::create_dir_all(hil.path(name).parent().unwrap()).unwrap();
+        fs::write(hil.path(name), text).unwrap();
+    }
+    let crossed = hil.run(&["run", "./fd.toml", "--bus", "slcan"]).exits(2);
+    assert!(crossed.err.contains("SLCAN carries classic frames"), "{}", crossed.err);
+    let seen = hil.run(&["doctor", "./fd.toml", "--bench", "./slcan.toml"]);
+    assert!(seen.out.contains("SLCAN carries classic frames"), "{}", seen.out);
+    assert!(!seen.out.contains("provides all that the plans need"), "{}", seen.out);
+}

@@ -60,3 +60,48 @@ fn a_plan_that_does_not_fit_judges_nothing() {
     assert!(checked.err.contains("kV"), "{}", checked.err);
     assert_eq!(fs::read(hil.path("oven/run/summary.json")).unwrap(), was);
 }
+
+#[test]
+fn a_run_that_was_killed_is_compared_once_it_is_judged() {
+    let hil = with_property("device.Temperature < 100 degC");
+    within(&hil, &["run", "property.toml", "--out", "run"]).exits(0);
+    fs::create_dir(hil.path("oven/killed")).unwrap();
+    fs::copy(hil.path("oven/run/record.hilrec"), hil.path("oven/killed/record.hilrec")).unwrap();
+    let told = within(&hil, &["diff", "run", "killed"]).exits(2);
+    assert!(
+        told.err.contains("the run was killed") && told.err.contains("hil check RUN"),
+        "{}",
+        told.err
+    );
+}
+
+/// Found by a user: it stood for a difference between the runs.
+#[test]
+fn a_controller_that_cannot_be_started_is_no_difference() {
+    let hil = Hil::new();
+    let run = ["run", "live-table-run", "--record", "full", "--out", "run", "--quiet"];
+    hil.run(&run).exits(0);
+    hil.run(&["rerun", "run", "--controller", "in-process"]).exits(0);
+    let missing = hil.run(&["rerun", "run", "--controller", "nonexist {gyro}"]).exits(2);
+    assert!(missing.err.contains("nonexist"), "{}", missing.err);
+}
+
+#[test]
+fn an_option_of_another_export_is_not_ignored() {
+    let hil = with_property("device.Temperature < 100 degC");
+    within(&hil, &["run", "property.toml", "--out", "run"]).exits(0);
+    let refused = within(&hil, &["export", "run", "--fmi", "2", "--mcap", "x.mcap"]).exits(2);
+    assert!(refused.err.contains("--fmi"), "{}", refused.err);
+    assert!(!hil.path("oven/x.mcap").exists());
+}
+
+/// The last moment and what is beyond it have a state, as in `hil show`.
+#[test]
+fn at_the_end_of_a_run_its_last_state_is_told() {
+    let hil = with_property("device.Temperature < 100 degC");
+    within(&hil, &["run", "property.toml", "--out", "run", "--record", "full"]).exits(0);
+    let shown = within(&hil, &["show", "run", "--at", "1e9"]).exits(0);
+    let told = within(&hil, &["debug", "run", "--at", "1e9"]).exits(0);
+    let last = shown.out.lines().find(|line| line.contains("Temperature")).unwrap();
+    assert!(told.out.contains(last), "{last}\n{}", told.out);
+}

@@ -25,6 +25,12 @@ pub enum KernelError {
         "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
     ))]
     NoFrames { line: Arc<str> },
+    /// SLCAN carries classic frames.
+    #[error(
+        "failed to find a carrier for {line}: it is a CAN FD bus, and SLCAN carries classic frames"
+    )]
+    #[diagnostic(help("--bus vcan carries its frames across an interface of the kernel"))]
+    NoFd { line: Arc<str> },
     /// The carrier of frames does not work.
     #[error(transparent)]
     Crossing(#[from] CrossingFailure),

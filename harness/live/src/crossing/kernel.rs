@@ -62,6 +62,9 @@ impl Kernel {
                     buses += 1;
                     Wire::Can(CanWire::open(name, &format!("{VCAN_INTERFACES}{}", buses - 1))?)
                 }
+                (true, KernelBus::Slcan) if line.is_fd => {
+                    return Err(KernelError::NoFd { line: name });
+                }
                 (true, KernelBus::Slcan) => {
                     kernel.name = "slcan";
                     Wire::Slcan(Box::new(SlcanWire::open(name)?))

@@ -22,7 +22,7 @@ fn packet(bytes: &[u8]) -> Packet {
 
 /// A line whose device is at its first end.
 fn line(name: &str, is_can: bool) -> CrossedLine {
-    CrossedLine { name: name.into(), is_can, device_end: 0 }
+    CrossedLine { name: name.into(), is_can, is_fd: false, device_end: 0 }
 }
 
 /// A gyro and a base.
@@ -77,6 +77,13 @@ fn frames_cross_as_lines() {
             assert_eq!(carried, Transmit::Frame(frame));
         }
     }
+}
+
+#[test]
+fn lines_of_an_adapter_carry_no_can_fd() {
+    let fd = CrossedLine { is_fd: true, ..line("can0", true) };
+    let refused = Kernel::open(KernelBus::Slcan, &[fd]);
+    assert!(matches!(refused, Err(KernelError::NoFd { .. })), "{refused:?}");
 }
 
 #[test]

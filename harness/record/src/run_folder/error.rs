@@ -38,6 +38,13 @@ pub enum RunFolderError {
         #[help]
         runs: Option<String>,
     },
+    /// The run ended before it wrote its summary.
+    #[error("no {}: the run was killed, or is still going on", path.display())]
+    #[diagnostic(help("`hil check RUN` judges what a killed run recorded"))]
+    NoSummary {
+        /// The missing file.
+        path: PathBuf,
+    },
     /// A file or folder could not be created or written.
     #[error("failed to write {}", path.display())]
     Write {

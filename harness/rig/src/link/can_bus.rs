@@ -40,6 +40,10 @@ impl CanBus {
         Self { rates, ..Self::default() }
     }
 
+    pub const fn rates(&self) -> BitRates {
+        self.rates
+    }
+
     /// So many frames more may wait at once.
     pub const fn expect(&mut self, frames: usize) {
         self.expected += frames;

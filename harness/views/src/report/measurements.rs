@@ -9,6 +9,8 @@ use record::outcome::{Measurement, Verdict};
 /// Size of the gauge in CSS pixels: the band takes the middle half.
 const GAUGE_WIDTH: f64 = 140.0;
 const GAUGE_HEIGHT: f64 = 18.0;
+/// Width of a band that has none.
+const BAND_WIDTH_MIN: f64 = 2.0;
 
 /// Expanded uncertainty: about 95 % of a normal distribution.
 const COVERAGE_FACTOR: f64 = 2.0;
@@ -123,11 +125,12 @@ pub(super) fn reason(measurement: &Measurement) -> Option<String> {
 fn gauge(measurement: &Measurement) -> Option<Markup> {
     let value = measurement.value.filter(|value| value.is_finite())?;
     let (begin, end) = match (measurement.lower, measurement.upper) {
-        (Some(lower), Some(upper)) => {
-            let half = ((upper - lower) / 2.0).max(f64::MIN_POSITIVE);
+        (Some(lower), Some(upper)) if upper > lower => {
+            let half = (upper - lower) / 2.0;
             (lower - half, upper + half)
         }
-        (Some(limit), None) | (None, Some(limit)) => {
+        // A band without width is a limit on either side.
+        (Some(limit), _) | (None, Some(limit)) => {
             let reach = (value - limit).abs().max(limit.abs() / 2.0).max(f64::MIN_POSITIVE) * 1.3;
             (limit - reach, limit + reach)
         }
@@ -137,12 +140,13 @@ fn gauge(measurement: &Measurement) -> Option<Markup> {
     let low = measurement.lower.map_or(0.0, x);
     let high = measurement.upper.map_or(GAUGE_WIDTH, x);
     let spread = COVERAGE_FACTOR * measurement.uncertainty;
+    let wide = (high - low).max(BAND_WIDTH_MIN);
     let px = |at: f64| format!("{at:.1}");
     let middle = GAUGE_HEIGHT / 2.0;
     Some(html! {
         svg.gauge width=(GAUGE_WIDTH) height=(GAUGE_HEIGHT) aria-hidden="true" {
             line.axis x1="0" x2=(GAUGE_WIDTH) y1=(middle) y2=(middle) {}
-            rect.band x=(px(low)) y="2" width=(px(high - low)) height=(GAUGE_HEIGHT - 4.0) rx="2" {}
+            rect.band x=(px((low + high - wide) / 2.0)) y="2" width=(px(wide)) height=(GAUGE_HEIGHT - 4.0) rx="2" {}
             @if spread > 0.0 {
                 line.spread x1=(px(x(value - spread))) x2=(px(x(value + spread))) y1=(middle) y2=(middle) {}
             }
@@ -179,7 +183,9 @@ mod tests {
         assert!(text(&any).contains(r#"cx="87.5""#), "{}", text(&any));
         assert!(text(&Measurement { value: Some(1e300), ..any.clone() }).contains(r#"cx="136.0""#));
         let exact = Measurement { lower: Some(0.0), upper: Some(0.0), ..any.clone() };
-        assert!(!text(&exact).contains("NaN"));
+        assert!(text(&exact).contains(r#"x="69.0" y="2" width="2.0""#), "{}", text(&exact));
+        let met = Measurement { lower: Some(1.0), upper: Some(1.0), value: Some(1.0), ..exact };
+        assert!(text(&met).contains(r#"cx="70.0""#), "{}", text(&met));
         let at_most = Measurement { lower: None, value: Some(1.0), ..any.clone() };
         assert!(text(&at_most).contains(r#"cx="70.0""#), "{}", text(&at_most));
         assert!(gauge(&Measurement { value: Some(f64::NAN), ..any.clone() }).is_none());

@@ -14,6 +14,8 @@ pub struct Gauge {
     pub series: Series,
     /// Number of values outside a band that must contain every value.
     pub outside: u64,
+    /// Whether the last value is one of those that such a band must contain.
+    pub is_last_judged: bool,
     pub range: Option<(f64, f64)>,
     strict: Vec<Strict>,
 }
@@ -38,7 +40,14 @@ impl Gauge {
             Some(Strict { filter: declared.filter.clone(), during, band })
         });
         let strict = strict.collect();
-        Self { quantity, series: Series::default(), outside: 0, range: None, strict }
+        Self {
+            quantity,
+            series: Series::default(),
+            outside: 0,
+            is_last_judged: false,
+            range: None,
+            strict,
+        }
     }
 
     pub(super) fn take(&mut self, at: Timestamp, observation: &Observation) {
@@ -54,9 +63,9 @@ impl Gauge {
         let is_meant = |one: &&Strict| {
             one.during.as_ref().is_none_or(has) && one.filter.matches(|tag| observation.tag(tag))
         };
-        if self.strict.iter().filter(is_meant).any(|one| !one.band.contains(value)) {
-            self.outside += 1;
-        }
+        let mut meant = self.strict.iter().filter(is_meant).peekable();
+        self.is_last_judged = meant.peek().is_some();
+        self.outside += u64::from(meant.any(|one| !one.band.contains(value)));
     }
 
     pub fn last(&self) -> Option<f64> {

@@ -26,7 +26,8 @@ impl<S> Watched<S> {
         self.inner
     }
 
-    fn show_traffic(&self) {
+    /// Shows the traffic of the begun second as well.
+    pub fn show_traffic(&self) {
         if let Some(feed) = &self.feed {
             feed.model().traffic.clone_from(&self.traffic);
         }

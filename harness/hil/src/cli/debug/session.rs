@@ -68,9 +68,13 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
     /// Reports the end of the run at `at`.
     pub(super) fn close(mut self, at: Timestamp) -> io::Result<()> {
         if !self.has_left.get() {
-            if let Until::Line(text) = &self.until {
-                let missed = format!("no record with `{text}` up to the end");
-                self.print(&missed);
+            match &self.until {
+                Until::Line(text) => {
+                    let missed = format!("no record with `{text}` up to the end");
+                    self.print(&missed);
+                }
+                Until::Moment(_) => self.show(),
+                _ => {}
             }
             match self.then.take() {
                 _ if self.differs => {}

@@ -90,13 +90,14 @@ exit_statuses! {
     LogError { error => if error.is_bad_input() { BAD } else { ERROR } }
     AccountError { Self::Foreign { .. } | Self::Version { .. } => BAD, Self::Io { .. } => ERROR }
     JournalError { Self::Other { .. } | Self::Broken { .. } => BAD, Self::Io { .. } => ERROR }
-    KernelError { Self::NoFrames { .. } => BAD, _ => ERROR }
+    KernelError { Self::NoFrames { .. } | Self::NoFd { .. } => BAD, _ => ERROR }
     // Frames on a serial port, or bytes on a CAN port: nothing is broken.
     ReplayError { Self::Port(PortError::WrongKind { .. }) => BAD, _ => ERROR }
     // As in the summary of the run, which is in its folder by then.
     LiveError { Self::Stopped => Outcome::Aborted.exit_status(), _ => ERROR }
     RunFolderError {
-        Self::Foreign { .. } | Self::NoFolder { .. } | Self::Busy { .. } | Self::NoRun { .. } => BAD,
+        Self::Foreign { .. } | Self::NoFolder { .. } | Self::Busy { .. } => BAD,
+        Self::NoRun { .. } | Self::NoSummary { .. } => BAD,
         Self::Read { .. } | Self::Summary { .. } | Self::Record { .. } => BAD,
         Self::Write { .. } | Self::Remove { .. } | Self::ArtifactName { .. } => ERROR,
     }

@@ -140,6 +140,7 @@ impl Shown {
                 }
             }
         }
+        self.sink.show_traffic();
         for property in film.broken {
             let at_s = property.broken_s.filter(|at_s| *at_s > self.at_s && *at_s <= wanted_s);
             if let Some(at_s) = at_s {

@@ -49,10 +49,10 @@ fn texts(gauge: &Gauge) -> [String; 4] {
     let quantity = &gauge.quantity;
     let band = gauge.band();
     let band = band.map_or_else(String::new, |band| figures::band(band.lower, band.upper, ""));
-    let mark = match (gauge.last(), gauge.outside) {
-        (None, _) => "·",
-        (Some(_), 0) => "✓",
-        (Some(_), _) => "✗",
+    let mark = match (gauge.is_last_judged, gauge.outside) {
+        (false, 0) => "·",
+        (true, 0) => "✓",
+        _ => "✗",
     };
     let last = gauge.last().map_or_else(
         || "not yet".to_owned(),
@@ -66,10 +66,10 @@ fn texts(gauge: &Gauge) -> [String; 4] {
 }
 
 fn row(texts: [String; 4], gauge: &Gauge, look: &Look) -> Row<'static> {
-    let style = match (gauge.last(), gauge.outside) {
-        (None, _) => Style::new(),
-        (Some(_), 0) => look.palette.good(),
-        (Some(_), _) => look.palette.bad(),
+    let style = match (gauge.is_last_judged, gauge.outside) {
+        (false, 0) => Style::new(),
+        (true, 0) => look.palette.good(),
+        _ => look.palette.bad(),
     };
     let [name, last, band, count] = texts.map(Cell::from);
     Row::new([name, last.style(style), band, count])
