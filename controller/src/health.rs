@@ -58,7 +58,7 @@ pub struct Causes {
     /// Degraded: the gyro is silent, and the odometry replaces it.
     pub bridging: bool,
     /// Degraded: the selected estimator failed, and the paper's method replaces it; or the filter that watches that method
-    /// failed since a pose was last set.
+    /// failed since a pose was last set and the base drove.
     pub estimator_failed: bool,
     /// Degraded: an internal queue overflowed; reports or requests were lost.
     pub overflow: bool,

@@ -361,25 +361,6 @@ fn a_filter_that_cannot_believe_what_it_hears_gives_way_and_says_so() {
     assert!(!rig.health().causes.estimator_failed, "asked for anew");
 }
 
-/// What the filter beside the paper's method knew of the heading is lost with it.
-#[test]
-fn a_filter_that_watches_and_fails_says_so_until_a_pose_is_set() {
-    let mut rig = ready(&warm(), Estimator::Paper, 5);
-    rig.bias_test(20.0);
-    rig.set_pose();
-    let by = 2_000f64.to_radians() / 3_600.0;
-    let chance = RandomStream::new(1, "gyro", "fault");
-    rig.gyro().begin_fault(0, GyroFault::BiasStep { by }, chance);
-    rig.run_for(Span::from_secs(30));
-    let causes = rig.health().causes;
-    assert!(causes.estimator_failed && causes.bias_moved, "{causes:?}");
-    rig.gyro().end_fault(0);
-    rig.bias_test(20.0);
-    assert!(rig.health().causes.estimator_failed, "a bias test forgives nothing");
-    rig.set_pose();
-    assert_eq!(rig.health().level, Level::Ok, "{:?}", rig.health().causes);
-}
-
 #[test]
 fn on_a_table_the_bias_test_tells_the_filter() {
     let mut rig = ready(&shipped("paper-table"), Estimator::Kalman, 5);

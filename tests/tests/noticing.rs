@@ -226,6 +226,25 @@ fn a_bias_that_leaps_after_its_test_shows_at_the_next_standstill() {
     }
 }
 
+/// What the filter beside the paper's method knew of the heading is lost with it.
+#[test]
+fn a_filter_that_watches_and_fails_says_so_until_a_pose_is_set() {
+    let mut rig = ready(&warm(), 5);
+    rig.bias_test(20.0);
+    rig.set_pose();
+    rig.straight(1.0, 0.4);
+    let by = 2_000f64.to_radians() / 3_600.0;
+    rig.gyro().begin_fault(0, GyroFault::BiasStep { by }, chance());
+    rig.run_for(Span::from_secs(30));
+    let causes = rig.health().causes;
+    assert!(causes.estimator_failed && causes.bias_moved, "{causes:?}");
+    rig.gyro().end_fault(0);
+    rig.bias_test(20.0);
+    assert!(rig.health().causes.estimator_failed, "a bias test forgives nothing");
+    rig.set_pose();
+    assert_eq!(rig.health().level, Level::Ok, "{:?}", rig.health().causes);
+}
+
 /// Found by campaigns: no single standstill shows it for certain, and no comparison of one turn. It is a matter of statistics:
 /// what is off by 1 deg is known to within 0.1 deg or so.
 #[test]

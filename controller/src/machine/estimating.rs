@@ -334,9 +334,9 @@ impl Controller {
                 estimating.heading += correction.heading;
             }
             (Err(fault), Some(Estimating { leads: false, .. })) => {
-                // What it knew of the heading since a pose was set is lost.
                 tracing::warn!(?fault, "the filter that watches begins anew");
-                self.estimator_failed = true;
+                // What it knew of the heading since a pose was set is lost. A heading that was held has turned by nothing.
+                self.estimator_failed |= self.has_driven && self.watches_bias();
                 self.begin_estimating(false);
             }
             (Ok(correction), estimating) => {

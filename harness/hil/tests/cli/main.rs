@@ -15,6 +15,7 @@ mod input;
 mod interrupt;
 mod json;
 mod judged_again;
+mod log_lines;
 mod measured;
 mod new;
 mod operator;
