@@ -334,7 +334,7 @@ impl Controller {
                 estimating.heading += correction.heading;
             }
             (Err(fault), Some(Estimating { leads: false, .. })) => {
-                tracing::warn!(?fault, "the filter that watches begins anew");
+                tracing::debug!(?fault, "the filter that watches begins anew");
                 // What it knew of the heading since a pose was set is lost. A heading that was held has turned by nothing.
                 self.estimator_failed |= self.has_driven && self.watches_bias();
                 self.begin_estimating(false);
