@@ -14,7 +14,7 @@ use faulty::Faulty;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use waiting::Waiting;
-use wire::can::{BitRates, CanFrame, Id};
+use wire::can::{BitRates, CanFrame, Id, StandardId};
 use wire::time::Timestamp;
 
 /// Most frames that wait for the bus unless [more are expected](CanBus::expect); those beyond are dropped and counted.
@@ -28,7 +28,7 @@ pub struct CanBus {
     on_bus: Option<(Timestamp, EndId, CanFrame)>,
     expected: usize,
     /// Identifiers of messages of the nodes.
-    taken: Arc<BTreeSet<Id>>,
+    taken: Arc<BTreeSet<StandardId>>,
     no_room: u64,
     dropped: u64,
     faulty: Option<Box<Faulty>>,
@@ -50,8 +50,12 @@ impl CanBus {
     }
 
     /// These identifiers are of messages: the traffic of other nodes that a fault makes has none of them.
-    pub fn take_identifiers(&mut self, identifiers: impl IntoIterator<Item = Id>) {
-        Arc::make_mut(&mut self.taken).extend(identifiers);
+    pub fn take_identifiers(&mut self, identifiers: impl Iterator<Item = Id>) {
+        let standard = identifiers.filter_map(|id| match id {
+            Id::Standard(id) => Some(id),
+            Id::Extended(_) => None,
+        });
+        Arc::make_mut(&mut self.taken).extend(standard);
     }
 
     /// Sends a frame. It goes at once if the bus is idle, else it takes part in the next arbitration. A classic bus

@@ -5,7 +5,7 @@ use crate::link::gilbert_elliott::GilbertElliott;
 use plan::faults::Chance;
 use plan::faults::FaultKind;
 use std::collections::BTreeSet;
-use wire::can::{BitRates, CanFrame, FD_BYTES_MAX, Id, StandardId};
+use wire::can::{BitRates, CanFrame, FD_BYTES_MAX, StandardId};
 use wire::time::{Span, Timestamp};
 
 /// Identifiers of frames that faults make: none belongs to a base ([`wire::base`]), nor to a message of a node on the bus.
@@ -85,7 +85,7 @@ impl Effect {
     }
 
     /// Makes the frame that is due; `taken` are the identifiers of messages.
-    pub(super) fn make(&mut self, taken: &BTreeSet<Id>, chance: &mut Chance) -> CanFrame {
+    pub(super) fn make(&mut self, taken: &BTreeSet<StandardId>, chance: &mut Chance) -> CanFrame {
         match self {
             Self::Load(between_s, next) => {
                 // Independent starts: exponentially distributed intervals.
@@ -112,7 +112,11 @@ impl Effect {
     }
 
     /// A frame that wins against one that is about to start.
-    pub(super) fn rival(&mut self, taken: &BTreeSet<Id>, chance: &mut Chance) -> Option<CanFrame> {
+    pub(super) fn rival(
+        &mut self,
+        taken: &BTreeSet<StandardId>,
+        chance: &mut Chance,
+    ) -> Option<CanFrame> {
         match self {
             Self::LoseArbitration(share) => {
                 chance.happens(*share).then(|| other(RIVALS, taken, 8, chance))
@@ -187,7 +191,7 @@ impl Effect {
 /// A frame of another node, with the next identifier that no message has.
 fn other(
     (least, greatest): (u16, u16),
-    taken: &BTreeSet<Id>,
+    taken: &BTreeSet<StandardId>,
     length: usize,
     chance: &mut Chance,
 ) -> CanFrame {
@@ -197,7 +201,7 @@ fn other(
     (drawn..=greatest)
         .chain(least..drawn)
         .filter_map(StandardId::new)
-        .find(|id| !taken.contains(&Id::Standard(*id)))
+        .find(|id| !taken.contains(id))
         .and_then(|id| CanFrame::new(id, data.get(..length)?))
         .unwrap_or_else(|| CanFrame::full(BABBLER, data))
 }

@@ -9,7 +9,7 @@ use emulators::fault::{Switch, Switches};
 use plan::faults::Chance;
 use plan::faults::FaultKind;
 use std::collections::BTreeSet;
-use wire::can::{CanFrame, Id};
+use wire::can::{CanFrame, Id, StandardId};
 use wire::time::{Span, Timestamp};
 
 /// Most delayed frames; more are dropped and counted.
@@ -299,7 +299,12 @@ impl Faulty {
     }
 
     /// A frame of another node that wins against this one of `from`.
-    fn rival(&mut self, taken: &BTreeSet<Id>, from: EndId, frame: &CanFrame) -> Option<CanFrame> {
+    fn rival(
+        &mut self,
+        taken: &BTreeSet<StandardId>,
+        from: EndId,
+        frame: &CanFrame,
+    ) -> Option<CanFrame> {
         self.layers_of(from, frame).find_map(|Switch { fault, chance, acted, .. }| {
             let rival = fault.effect.rival(taken, chance);
             *acted += u64::from(rival.is_some());
