@@ -129,7 +129,10 @@ impl Data<'_> {
     /// Columns of all `terms` and the residual, whitened.
     pub fn whitened(&self, terms: &[Shape], noise: &NoiseModel) -> White {
         let whitener = Whitener::new(self.layout, noise);
-        let columns = whitener.apply_all(&self.all_columns(terms));
+        let columns: Vec<Columns> = terms.iter().map(|term| self.of_term(term)).collect();
+        let columns: Vec<&[f64]> =
+            columns.iter().flat_map(|of| of.iter().map(Vec::as_slice)).collect();
+        let columns = whitener.apply_each(&columns);
         let target = whitener.apply(&self.block.residual);
         White { whitener, columns, target }
     }

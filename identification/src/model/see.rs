@@ -2,8 +2,9 @@
 
 use super::{Driver, Wrap};
 use crate::problem::{Channel, Channels};
-use crate::signal;
+use crate::signal::{self, Bends};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Numbers that a driver and a form need besides the data, in SI: `time_constant`, `origin` ...
 pub type Fixed = Vec<(String, f64)>;
@@ -75,7 +76,14 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
             Field::Channel(channel) => Cow::Borrowed(&channel.smooth.slope),
             other => Cow::Owned(channels.smooth(&plain(&other)).slope),
         },
-        Wrap::LagOf => Cow::Owned(lagged(channels, &level(&found, plain), numbers)?),
+        Wrap::LagOf => {
+            let level = level(&found, plain);
+            let bends = match found {
+                Field::Rotation => Cow::Borrowed(channels.bends_of_rotation()),
+                _ => Cow::Owned(channels.bends(&level)),
+            };
+            Cow::Owned(lagged(channels, (&level, &bends), numbers)?)
+        }
         Wrap::BranchOf => {
             let level = level(&found, plain);
             let half = fixed(numbers, "half_width")?;
@@ -94,17 +102,24 @@ fn level<'a>(found: &Field<'a>, plain: impl Fn(&Field<'a>) -> Cow<'a, [f64]>) ->
     }
 }
 
-fn lagged(channels: &Channels, level: &[f64], numbers: &Fixed) -> Option<Vec<f64>> {
+fn lagged(
+    channels: &Channels,
+    (level, bends): (&[f64], &[Bends]),
+    numbers: &Fixed,
+) -> Option<Vec<f64>> {
     let constant = fixed(numbers, "time_constant")?;
-    let lag = |times: &[f64], values: &[f64]| signal::first_order(times, values, constant);
-    Some(channels.by_segment(level, lag))
+    let of = |rows: &Range<usize>| {
+        let (times, level) = (&channels.time[rows.clone()], &level[rows.clone()]);
+        signal::first_order(times, level, &bends[rows.clone()], constant)
+    };
+    Some(channels.segments.iter().flat_map(of).collect())
 }
 
 /// The square of a field through a lag: the heat that a current leaves.
 pub fn heat(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<f64>> {
     let Field::Channel(channel) = field(channels, driver)? else { return None };
     let squares: Vec<f64> = channel.smooth.level.iter().map(|level| level * level).collect();
-    lagged(channels, &squares, numbers)
+    lagged(channels, (&squares, &channels.bends(&squares)), numbers)
 }
 
 /// Sign of the rotation; zero where its noise may have made it.

@@ -327,7 +327,8 @@ impl Shape {
             let at = times.iter().map(|&time| {
                 if is_clock { time + number * (time - times[0]) } else { time - number }
             });
-            let moved = interpolate_along(times, values, at);
+            let bends = &channels.bends_of_rotation()[range.clone()];
+            let moved = interpolate_along(times, values, bends, at);
             found
                 .extend(moved.zip(values).map(|(moved, value)| share * ((moved - value) / number)));
         }

@@ -4,7 +4,7 @@ use super::Turning;
 use super::segments::segments;
 use crate::dataset::{Dataset, Dimension, Kind, Role, Unit};
 use crate::robust;
-use crate::signal::{self, Smooth};
+use crate::signal::{self, Bends, Smooth};
 use std::cell::OnceCell;
 use std::ops::Range;
 
@@ -85,6 +85,8 @@ pub struct Channels {
     pub constant: Vec<String>,
     /// Typical time from row to row, once it was asked for.
     pub(crate) interval: OnceCell<f64>,
+    /// How the rotation is bent between rows, once it was asked for: every delay and lag of it needs that.
+    pub(crate) bends: OnceCell<Vec<Bends>>,
 }
 
 /// Roles that count as causes.
@@ -119,6 +121,7 @@ impl Channels {
             of_sensor: dataset.kind == Kind::Sensor,
             constant: Vec::new(),
             interval: OnceCell::new(),
+            bends: OnceCell::new(),
         };
         for column in &dataset.columns {
             if CAUSES.contains(&column.role) {
@@ -192,6 +195,18 @@ impl Channels {
             .iter()
             .flat_map(|range| f(&self.time[range.clone()], &values[range.clone()]))
             .collect()
+    }
+
+    /// How `values` are bent in the interval that ends at each row.
+    pub fn bends(&self, values: &[f64]) -> Vec<Bends> {
+        let of =
+            |range: &Range<usize>| signal::bends(&self.time[range.clone()], &values[range.clone()]);
+        self.segments.iter().flat_map(of).collect()
+    }
+
+    /// How the rotation is.
+    pub fn bends_of_rotation(&self) -> &[Bends] {
+        self.bends.get_or_init(|| self.bends(&self.rotation))
     }
 
     /// Typical time from row to row.

@@ -7,6 +7,7 @@ use super::{Acts, Aggregate, Block, Problem, wrap};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
 use crate::robust::Moments;
+use std::cell::OnceCell;
 use std::rc::Rc;
 
 /// Rate of a gyro at every row, in rad/s or counts, with missing values.
@@ -124,6 +125,7 @@ fn each_its_own_rotation(
         own.rotation_unit = reference.unit;
         if let Some(exposure) = block.exposure(Acts::Scale) {
             own.rotation.clone_from(&exposure.per_row);
+            own.bends = OnceCell::new();
         }
         block.own = Some(Rc::new(own));
     }

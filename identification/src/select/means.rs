@@ -133,6 +133,7 @@ impl Equations {
             of_sensor: channels.of_sensor,
             constant: channels.constant.clone(),
             interval: OnceCell::new(),
+            bends: OnceCell::new(),
         };
         let exposures = block
             .exposures

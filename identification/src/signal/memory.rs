@@ -1,15 +1,21 @@
 //! Effects with a memory: a first-order lag, exact for an input that is bent between samples as [`super::interpolate_along`]
 //! says, and the play operator, the elementary hysteresis (backlash) of Prandtl and Ishlinskii.
 
-/// `values` through a first-order lag, in equilibrium at the first sample. Times are increasing.
-pub fn first_order(times: &[f64], values: &[f64], time_constant_s: f64) -> Vec<f64> {
+use super::Bends;
+
+/// `values`, bent so, through a first-order lag, in equilibrium at the first sample. Times are increasing.
+pub fn first_order(
+    times: &[f64],
+    values: &[f64],
+    bends: &[Bends],
+    time_constant_s: f64,
+) -> Vec<f64> {
     let mut lagged = Vec::with_capacity(values.len());
     let Some(&first) = values.first() else {
         return lagged;
     };
     let mut state = first;
     lagged.push(state);
-    let bent = super::curvatures(times, values);
     for i in 1..values.len() {
         let dt = times[i] - times[i - 1];
         let ratio = dt / time_constant_s;
@@ -18,10 +24,7 @@ pub fn first_order(times: &[f64], values: &[f64], time_constant_s: f64) -> Vec<f
         let new = if ratio > 1e-8 { 1.0 - (1.0 - decay) / ratio } else { ratio / 2.0 };
         let old = 1.0 - decay - new;
         state = decay * state + old * values[i - 1] + new * values[i];
-        if i > 1 && i + 1 < values.len() {
-            let bend = super::bends(&bent, i).mean();
-            state -= time_constant_s.powi(2) * bend / 2.0 * bulge(ratio, decay);
-        }
+        state -= time_constant_s.powi(2) * bends[i].mean() / 2.0 * bulge(ratio, decay);
         lagged.push(state);
     }
     lagged
@@ -50,7 +53,12 @@ pub fn play(values: &[f64], half_width: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{first_order, play};
+    use super::play;
+    use crate::signal::bends;
+
+    fn first_order(times: &[f64], values: &[f64], constant: f64) -> Vec<f64> {
+        super::first_order(times, values, &bends(times, values), constant)
+    }
 
     /// Of a sine the answer is known: smaller by the cosine of the angle that it is late by.
     #[test]

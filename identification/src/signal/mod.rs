@@ -20,17 +20,17 @@ pub fn interpolate(times: &[f64], values: &[f64], at: f64) -> f64 {
     between(times, values, at, times.partition_point(|&time| time <= at))
 }
 
-/// Values at each of `at`, which lie near one another in sequence. Where the curvature changes evenly over six values, the
-/// course is that of all six: smooth motion is followed to the sixth order, through its turning points as well. Elsewhere it
-/// is bent as far as the values on both sides agree (the harmonic mean of their curvatures, after van Leer 1974), and the corner
+/// Values at each of `at`, which lie near one another in sequence, of a course with these `bends`. Where the curvature changes
+/// evenly over six values, the course is that of all six: smooth motion is followed to the sixth order, through its turning
+/// points as well. Elsewhere it is bent as far as the values on both sides agree (the harmonic mean of their curvatures, after van Leer 1974), and the corner
 /// of a ramp stays one. The ends are held.
 pub fn interpolate_along(
     times: &[f64],
     values: &[f64],
+    bends: &[Bends],
     at: impl Iterator<Item = f64>,
 ) -> impl Iterator<Item = f64> {
     let mut above = 0;
-    let bent = curvatures(times, values);
     at.map(move |at| {
         while above < times.len() && times[above] <= at {
             above += 1;
@@ -39,11 +39,11 @@ pub fn interpolate_along(
             above -= 1;
         }
         let straight = between(times, values, at, above);
-        if above < 2 || above + 1 >= times.len() {
+        if above == 0 || above == times.len() {
             return straight;
         }
         let (since, until) = (at - times[above - 1], times[above] - at);
-        let Bends { before, after, fourth } = bends(&bent, above);
+        let Bends { before, after, fourth } = bends[above];
         let (step, both) = (since + until, since * until);
         let first = (before * (since + 2.0 * until) + after * (2.0 * since + until)) / 6.0;
         straight - first / step * both + fourth / 24.0 * both * (1.0 + both / (step * step))
@@ -51,8 +51,8 @@ pub fn interpolate_along(
 }
 
 /// How the course is bent between two values.
-#[derive(Clone, Copy)]
-pub(crate) struct Bends {
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Bends {
     /// Second derivative at its start and at its end.
     before: f64,
     after: f64,
@@ -68,8 +68,16 @@ impl Bends {
     }
 }
 
+/// How `values` are bent in the interval that ends at each of them; those at the ends are straight.
+pub fn bends(times: &[f64], values: &[f64]) -> Vec<Bends> {
+    let bent = curvatures(times, values);
+    let inside = 2..values.len().saturating_sub(1);
+    let of = |above| inside.contains(&above).then(|| bend(&bent, above)).unwrap_or_default();
+    (0..values.len()).map(of).collect()
+}
+
 /// How values with these `curvatures` are bent in the interval that ends at `above`, which is not one at an end.
-pub(crate) fn bends(curvatures: &[f64], above: usize) -> Bends {
+fn bend(curvatures: &[f64], above: usize) -> Bends {
     let (before, after) = (curvatures[above - 1], curvatures[above]);
     if above > 2 && above + 2 < curvatures.len() {
         let four = [curvatures[above - 2], before, after, curvatures[above + 1]];
@@ -101,7 +109,7 @@ fn are_even(values: &[f64]) -> bool {
 const EVENLY: f64 = 6.0;
 
 /// Second derivative at each value, by those beside it; zero at the ends.
-pub(crate) fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {
+fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {
     let mut found = vec![0.0; values.len()];
     let slope = |i: usize| (values[i] - values[i - 1]) / (times[i] - times[i - 1]);
     let mut before = if values.len() > 1 { slope(1) } else { 0.0 };
@@ -127,7 +135,7 @@ fn between(times: &[f64], values: &[f64], at: f64, above: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{interpolate, interpolate_along};
+    use super::{bends, interpolate, interpolate_along};
 
     /// Thirteen samples a turn.
     #[test]
@@ -136,7 +144,7 @@ mod tests {
         let sine = |t: f64| (0.48 * t + 0.2).sin();
         let values: Vec<f64> = times.iter().map(|t| sine(*t)).collect();
         let at: Vec<f64> = (60..540).map(|i| f64::from(i) * 0.1).collect();
-        let off = interpolate_along(&times, &values, at.iter().copied())
+        let off = interpolate_along(&times, &values, &bends(&times, &values), at.iter().copied())
             .zip(&at)
             .fold(0.0_f64, |most, (found, at)| most.max((found - sine(*at)).abs()));
         assert!(off < 3e-4, "{off}");
@@ -150,7 +158,8 @@ mod tests {
         let corner = |t: f64| 0.5 * (t - 4.0).max(0.0);
         for (of, from, to) in [(&square as &dyn Fn(f64) -> f64, 1.0, 9.0), (&corner, 0.0, 10.0)] {
             let values = times.map(of);
-            let along = interpolate_along(&times, &values, at.iter().copied());
+            let bends = bends(&times, &values);
+            let along = interpolate_along(&times, &values, &bends, at.iter().copied());
             for (at, found) in at.iter().zip(along) {
                 let inside = (from..to).contains(at);
                 let expected = if inside { of(*at) } else { interpolate(&times, &values, *at) };

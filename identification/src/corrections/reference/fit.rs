@@ -2,7 +2,7 @@
 
 use super::evened;
 use crate::robust::Moments;
-use crate::signal::{first_order, interpolate_along};
+use crate::signal::{bends, first_order, interpolate_along};
 use crate::{late, robust};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -170,7 +170,9 @@ impl Pieces {
         if lag <= 0.0 {
             return even;
         }
-        let of = |(one, even): (&Stretch, &Vec<f64>)| first_order(&one.times, even, lag);
+        let of = |(one, even): (&Stretch, &Vec<f64>)| {
+            first_order(&one.times, even, &bends(&one.times, even), lag)
+        };
         last(&self.lagged, [width, lag], || self.all.iter().zip(&*even).map(of).collect())
     }
 
@@ -182,7 +184,7 @@ impl Pieces {
                 found.extend(now);
             } else {
                 let at = one.times.iter().map(|time| time - delay);
-                found.extend(interpolate_along(&one.times, now, at));
+                found.extend(interpolate_along(&one.times, now, &bends(&one.times, now), at));
             }
         }
         found

@@ -3,7 +3,7 @@ use crate::corrections::{Correction, Fault, applied};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
 use crate::model::{Acts, Driver, Form, Shape, Wrap, is_physical};
 use crate::problem::{Known, Problem};
-use crate::signal::{first_order, interpolate};
+use crate::signal::{bends, interpolate};
 use chacha20::ChaCha8Rng;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -33,6 +33,10 @@ fn record(seed: u64, noise: f64, sensor: impl Fn(&[f64], &[f64]) -> Vec<f64>) ->
             Stretch { times, reference, readings }
         })
         .collect()
+}
+
+fn first_order(times: &[f64], values: &[f64], constant: f64) -> Vec<f64> {
+    crate::signal::first_order(times, values, &bends(times, values), constant)
 }
 
 fn late(times: &[f64], truth: &[f64], by: f64) -> Vec<f64> {
