@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod bands;
 mod beyond;
 mod clipping;
 mod comes_and_goes;

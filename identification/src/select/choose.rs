@@ -1,5 +1,5 @@
 //! One round: decides whether anything is missing, and what.
-use super::period::periods;
+use super::period::{loudness, periods};
 use super::record::{Seen, View};
 use super::refine::refine;
 use super::scene::{NOTHING, Scene, Score};
@@ -89,6 +89,13 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     let (found, tests) = periods(scene);
     for candidate in &found {
         look(candidate, scene.record.view(&candidate.shape), tests);
+    }
+    let is_wave = |one: &&mut (Candidate, Score, f64)| one.0.family == Family::Periodic;
+    for (candidate, score, strength) in scored.iter_mut().filter(is_wave) {
+        if *strength > 0.0 {
+            let loudness = loudness(scene, &candidate.shape);
+            *strength -= score.surprise * (1.0 - loudness.recip());
+        }
     }
     // If a named effect explains as much as any smooth function of a driver, hinges and bumps add nothing.
     let named = scored
