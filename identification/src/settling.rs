@@ -1,6 +1,7 @@
-//! Readings of a lag that has not settled yet. A lag knows what was before the record, and the record does not: the model takes
-//! it to be in equilibrium at the first row. Where it was not, what is left of its state dies out with its time constant, and
-//! whoever fits that constant makes up for it. The readings until then take no part.
+//! Readings of a lag or a play that has not settled yet. It knows what was before the record, and the record does not: the model
+//! takes a lag to be in equilibrium at the first row, and a play to be in its middle. Where it was not, what is left of its state
+//! dies out with its time constant, or when the play was gone through, and whoever fits that number makes up for it. The
+//! readings until then take no part.
 
 mod sight;
 
@@ -8,10 +9,11 @@ use crate::dataset::{Dataset, Kind};
 use crate::done::Done;
 use crate::fit::{Data, White, combine, fit_terms, less, robust_fit, values_of};
 use crate::linear::{dot, solve};
-use crate::model::{Form, Shape, Wrap, exposure};
+use crate::model::{Driver, Form, Shape, Wrap, exposure, see};
 use crate::noise::NoiseModel;
 use crate::problem::{Aggregate, Block};
 use crate::robust;
+use crate::signal;
 use crate::significance::surprise_chi2;
 use std::ops::Range;
 
@@ -74,16 +76,17 @@ fn of_quantity(one: &Done<'_>) -> Option<Unsettled> {
     if data.block.aggregate != Aggregate::Row {
         return None;
     }
-    // A lag of something else starts anew where readings are left out: a compensation would have to settle again.
-    let is_lag = |term: &&Shape| {
-        term.form == Form::Delay && term.drivers.iter().any(|driver| driver.wrap == Wrap::LagOf)
-    };
     let terms = one.fit.shapes();
     let added = &terms[one.fit.base.len()..];
-    // Of several lags the longest settles last.
-    let longest = added.iter().filter(is_lag).max_by(|a, b| constant(a).total_cmp(&constant(b)));
-    if let Some(lag) = longest {
-        return beside(data, &terms, &values_of(&one.fit.all()), lag);
+    // Of several the one that settles last.
+    let left =
+        |rests: &Rests| rests.iter().flat_map(|(_, rest)| rest).map(|rest| rest.abs()).sum::<f64>();
+    // What firmware takes off a sensor's readings starts anew where some are left out: a lag of something else would have to
+    // settle again.
+    let may_go = |term: &&Shape| term.form == Form::Delay || !data.channels.of_sensor;
+    let all = added.iter().filter(may_go).filter_map(|term| Some((term, rests(data, term)?)));
+    if let Some((longest, _)) = all.max_by(|(_, a), (_, b)| left(a).total_cmp(&left(b))) {
+        return beside(data, &terms, &values_of(&one.fit.all()), longest);
     }
     // What a lag holds at the beginning may hide it.
     if added.iter().any(|term| term.form == Form::Delay) || one.error_over(0.0)? < STRUCTURE {
@@ -96,18 +99,9 @@ fn of_quantity(one: &Done<'_>) -> Option<Unsettled> {
     beside(data, &terms, &values_of(&coefficients), &lag)
 }
 
-fn constant(lag: &Shape) -> f64 {
-    lag.number("time_constant").unwrap_or(0.0)
-}
-
 /// The readings in which `lag`, one of `terms`, has not settled.
 fn beside(data: Data<'_>, terms: &[Shape], coefficients: &[f64], lag: &Shape) -> Option<Unsettled> {
-    let constant = constant(lag);
-    if !(constant > 0.0) {
-        return None;
-    }
-    let lag = lag.clone();
-    let (begins, rests) = rests(data, &lag, constant);
+    let (begins, rests): (Vec<_>, Vec<_>) = rests(data, lag)?.into_iter().unzip();
     let k = rests.len() + terms.len();
     if rests.is_empty() || k * k * data.block.rows.len() > PRODUCTS_MAX {
         return None;
@@ -136,34 +130,58 @@ fn beside(data: Data<'_>, terms: &[Shape], coefficients: &[f64], lag: &Shape) ->
         // As large as its own column tells: beside others it is less certain, and disturbs them as much.
         let own = dot(&white[column], &white[column]).sqrt() / scale;
         let off = left.coefficients[column].abs() * own;
-        let time = &data.channels.time;
-        let until = time[first_reading(data.block, range)?] + constant * (off / LEFT_MAX).ln();
-        let ends = [time[range.start], time[range.end - 1]];
-        if until - ends[0] > SHARE_MAX * (ends[1] - ends[0]) {
-            continue;
+        // What is left from a row on has this share of the squares.
+        let mut share = dot(&rests[at], &rests[at]) * (LEFT_MAX / off).powi(2);
+        let last = rests[at].iter().rposition(|rest| {
+            share -= rest * rest;
+            share < 0.0
+        });
+        let until = last.map_or(range.start, |last| data.block.rows[last] + 1);
+        let time = |row: usize| data.channels.time[row] - data.channels.time[range.start];
+        if until > range.start && time(until - 1) <= SHARE_MAX * time(range.end - 1) {
+            rows.push(range.start..until);
         }
-        let count = time[range.clone()].partition_point(|at| *at < until);
-        rows.push(range.start..range.start + count);
     }
-    (!rows.is_empty()).then(|| Unsettled { column: data.block.label.clone(), rows, lag })
+    let (column, lag) = (data.block.label.clone(), lag.clone());
+    (!rows.is_empty()).then_some(Unsettled { column, rows, lag })
 }
 
-/// The stretches of time with readings, and of each what one unit of the state of `lag` at its first reading leaves in the readings.
-fn rests(data: Data<'_>, lag: &Shape, constant: f64) -> (Vec<Range<usize>>, Vec<Vec<f64>>) {
+/// Stretches of time with readings, and of each what one unit of a state at its first reading leaves in the readings.
+type Rests = Vec<(Range<usize>, Vec<f64>)>;
+
+/// Those of the state of `term`, if it has one.
+fn rests(data: Data<'_>, term: &Shape) -> Option<Rests> {
     let Data { block, channels, .. } = data;
-    let Some(exposed) = exposure(block, lag.acts) else { return (Vec::new(), Vec::new()) };
+    let driver = term.drivers.first()?;
+    let exposed = exposure(block, term.acts)?;
     // All of what is measured is late, whatever else its number says.
-    let per_row = |row: usize| if lag.form == Form::Delay { 1.0 } else { exposed.per_row[row] };
+    let per_row = |row: usize| if term.form == Form::Delay { 1.0 } else { exposed.per_row[row] };
+    let state: Box<dyn Fn(Range<usize>) -> Vec<f64>> = match driver.wrap {
+        Wrap::LagOf => {
+            let constant = term.number("time_constant").filter(|constant| *constant > 0.0)?;
+            Box::new(move |rows: Range<usize>| {
+                let times = &channels.time[rows];
+                times.iter().map(|time| (-(time - times[0]) / constant).exp()).collect()
+            })
+        }
+        // A play is anywhere in its width at first, until its driver has gone through all of that.
+        Wrap::BranchOf => {
+            let plain = Driver { wrap: Wrap::Plain, ..driver.clone() };
+            let (values, half) = (see(channels, &plain, &term.fixed)?, term.number("half_width")?);
+            Box::new(move |rows: Range<usize>| signal::undecided(&values[rows], half))
+        }
+        _ => return None,
+    };
     let of = |range: &Range<usize>| -> Option<(Range<usize>, Vec<f64>)> {
-        let from = channels.time[first_reading(block, range)?];
-        let rest = |row: &usize| match range.contains(row) {
-            true => per_row(*row) * (-(channels.time[*row] - from) / constant).exp(),
+        let from = first_reading(block, range)?;
+        let state = state(from..range.end);
+        let rest = |row: &usize| match (from..range.end).contains(row) {
+            true => per_row(*row) * state[row - from],
             false => 0.0,
         };
-        let column: Vec<f64> = block.rows.iter().map(rest).collect();
-        Some((range.clone(), column))
+        Some((range.clone(), block.rows.iter().map(rest).collect()))
     };
-    channels.segments.iter().filter_map(of).unzip()
+    Some(channels.segments.iter().filter_map(of).collect())
 }
 
 /// The first row of `range` with a reading.

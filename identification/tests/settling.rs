@@ -63,3 +63,73 @@ fn the_time_constant_of_a_slow_sensor_holds_where_a_recording_begins_in_a_transi
         .collect();
     assert_held(&all, 0.008);
 }
+
+/// A gyro at rest whose temperature moves from long before each recording on, and a bias of 0.01 deg/s/K over what comes of it.
+fn warmed(seed: u64, mut seen: impl FnMut(f64) -> f64) -> Finding {
+    let mut draw = noise(seed);
+    let (mut times, mut levels, mut readings) = (vec![], vec![], vec![]);
+    for run in 0..RUNS {
+        let phases = [draw(), draw(), draw()];
+        let level = |row: i64| {
+            let of = |(wave, phase): (usize, &f64)| {
+                let turns = (0.5 + 0.45 * wave as f64 + 0.05 * run as f64) * row as f64;
+                4.0 * (turns / 100.0 + 3.0 * phase).sin()
+            };
+            30.0 + phases.iter().enumerate().map(of).sum::<f64>()
+        };
+        for row in -2000..1000 {
+            let bias = 0.01 * seen(level(row));
+            if row >= 0 {
+                times.push((3000 * run as i64 + row) as f64);
+                levels.push(level(row) + 0.005 * draw());
+                readings.push(0.1 + bias + 0.01 * draw());
+            }
+        }
+    }
+    let rows = times.len();
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, times),
+        Column::new("gyro", Role::GyroRate, Unit::DegreePerSecond, readings),
+        Column::new("table", Role::ReferenceRate, Unit::DegreePerSecond, vec![0.0; rows]),
+        Column::new("temperature", Role::Temperature, Unit::Celsius, levels),
+    ];
+    let run = (0..rows).map(|row| row * RUNS / rows).collect();
+    let dataset = Dataset::new("warmed", Kind::Series, columns, run);
+    identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
+}
+
+/// Asserts that most of what is found is that effect and nothing else, and that its slope is right.
+fn assert_alone(name: &str, found: impl Fn(u64) -> Finding) {
+    let findings: Vec<Finding> = (0..6).map(found).collect();
+    let names = |one: &Finding| one.effects.iter().map(|it| it.name.clone()).collect::<Vec<_>>();
+    let all: Vec<Vec<String>> = findings.iter().map(names).collect();
+    assert!(all.iter().filter(|names| *names == &[name]).count() >= 5, "{all:?}");
+    for one in &findings {
+        let slope = parameter(one, name, "slope");
+        let error = slope.standard_error.unwrap();
+        assert!((slope.value - 0.01).abs() < 3.0 * error, "{slope:?}");
+    }
+}
+
+/// What was left of the state at the beginning of each recording was a random walk, and the slope a seventh too small.
+#[test]
+fn a_lag_of_a_temperature_that_moves_when_a_recording_begins_is_all_there_is() {
+    assert_alone("bias_temperature_lag", |seed| {
+        let mut late = 30.0;
+        warmed(seed, move |level| {
+            late += (level - late) * (1.0 - (-1.0_f64 / 50.0).exp());
+            late
+        })
+    });
+}
+
+#[test]
+fn a_hysteresis_that_is_not_in_its_middle_when_a_recording_begins_is_all_there_is() {
+    assert_alone("thermal_hysteresis", |seed| {
+        let mut at = 30.0_f64;
+        warmed(seed, move |level| {
+            at = at.clamp(level - 3.0, level + 3.0);
+            at
+        })
+    });
+}

@@ -35,9 +35,9 @@ pub(super) fn lag(data: Data<'_>) -> Option<Shape> {
         let driver = Driver::new(Wrap::LagOf, &data.channels.rotation_name);
         let shape = Shape::new("bandwidth", Acts::Delay, driver, Form::Delay)
             .with("time_constant", constant);
-        let rests = rests(data, &shape, constant).1;
+        let rests = rests(data, &shape)?;
         let beside: Vec<Vec<f64>> =
-            rests.iter().map(|rest| thinned(rest)).chain(plain.clone()).collect();
+            rests.iter().map(|(_, rest)| thinned(rest)).chain(plain.clone()).collect();
         let mut columns = beside.clone();
         columns.extend(data.columns(&shape).iter().map(|column| thinned(column)));
         if let Some((with, without)) = left(&columns).zip(left(&beside)) {

@@ -41,7 +41,18 @@ fn bulge(ratio: f64, decay: f64) -> f64 {
 
 /// `values` with play of `half_width` to each side, from the middle of the play at the first sample.
 pub fn play(values: &[f64], half_width: f64) -> Vec<f64> {
-    let mut position = values.first().copied().unwrap_or(0.0);
+    play_from(values.first().copied().unwrap_or(0.0), values, half_width)
+}
+
+/// Share of the play within which `values` leave it open where it is, if it was anywhere at the first sample.
+pub fn undecided(values: &[f64], half_width: f64) -> Vec<f64> {
+    let first = values.first().copied().unwrap_or(0.0);
+    let [low, high] =
+        [-half_width, half_width].map(|off| play_from(first + off, values, half_width));
+    high.iter().zip(low).map(|(high, low)| (high - low) / (2.0 * half_width)).collect()
+}
+
+fn play_from(mut position: f64, values: &[f64], half_width: f64) -> Vec<f64> {
     values
         .iter()
         .map(|&value| {
@@ -53,7 +64,7 @@ pub fn play(values: &[f64], half_width: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::play;
+    use super::{play, undecided};
     use crate::signal::bends;
 
     fn first_order(times: &[f64], values: &[f64], constant: f64) -> Vec<f64> {
@@ -85,6 +96,11 @@ mod tests {
         // The exact response: x - m tau (1 - e^(-t/tau)).
         let expected = ramp[30] - 20.0 * (1.0 - (-30.0_f64 / 40.0).exp());
         assert!((lagged[30] - expected).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_play_is_where_its_driver_has_put_it_once_all_of_it_was_gone_through() {
+        assert_eq!(undecided(&[5.0, 6.0, 5.5, 4.5, 9.0], 1.0), [1.0, 0.5, 0.5, 0.25, 0.0]);
     }
 
     #[test]

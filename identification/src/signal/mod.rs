@@ -3,7 +3,7 @@
 mod memory;
 mod smooth;
 
-pub use memory::{first_order, play};
+pub use memory::{first_order, play, undecided};
 pub use smooth::{Smooth, smooth};
 
 /// Sum of `values` up to each of them.
