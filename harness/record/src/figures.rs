@@ -173,11 +173,17 @@ pub fn with_unit(text: String, unit: &str) -> String {
     }
 }
 
-/// A value as it is. A whole number of 64 bits has all its digits: the shortest text ends with zeros that it has not.
+/// A value to the 15 digits that every number of 64 bits holds: those behind them come from the arithmetic of its scaling. A whole
+/// number has all its digits; the shortest text ends with zeros that it has not.
 pub fn all_digits(value: f64) -> String {
     const WIDEST: f64 = 18_446_744_073_709_551_616.0;
-    let is_long = (WHOLE_MAX..=WIDEST).contains(&value.abs());
-    if is_long { format!("{value:.0}") } else { value.to_string() }
+    if (WHOLE_MAX..=WIDEST).contains(&value.abs()) {
+        return format!("{value:.0}");
+    }
+    if value.fract() == 0.0 {
+        return value.to_string();
+    }
+    format!("{value:.14e}").parse().unwrap_or(value).to_string()
 }
 
 /// The power of ten of the first significant digit.
@@ -213,6 +219,10 @@ mod tests {
             (1_152_921_504_606_846_976.0, "1152921504606846976"),
             (-9_223_372_036_854_775_808.0, "-9223372036854775808"),
             (4.25, "4.25"),
+            (7.0 * 0.05, "0.35"),
+            (-5_941.0 * 0.01, "-59.41"),
+            (9_007_199_254_740_991.0, "9007199254740991"),
+            (f64::INFINITY, "inf"),
             (1e25, "10000000000000000000000000"),
         ] {
             assert_eq!(super::all_digits(value), shown);

@@ -33,7 +33,7 @@ pub(super) struct ShowArguments {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, conflicts_with = "device")]
     at: Option<f64>,
     /// Print at most this many lines.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     limit: Option<u64>,
 }
 

@@ -39,7 +39,7 @@ pub(in crate::cli) struct ReplayArguments {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Bench time at which to begin (s).
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     at: f64,
     /// Speed, as a multiple of that of the run.
     #[arg(long, value_name = "X", default_value_t = 1.0)]

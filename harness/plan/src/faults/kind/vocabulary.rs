@@ -95,7 +95,7 @@ kinds! {
         /// Frames of eight bytes that the node tries to send.
         frames_per_s: "1/s" 1.0..=10000.0, 3000.0;
     }
-    /// Other nodes exchange frames, with identifiers and lengths of all kinds.
+    /// Other nodes exchange frames of all lengths, with identifiers of all kinds but those of the rig's messages.
     BusLoad = "bus_load", CanBus, Scheduled, None, "any shared bus" {
         /// Share of the bus that they would use if they had it to themselves.
         load_percent: "%" 0.1..=100.0, 60.0;
