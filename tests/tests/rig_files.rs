@@ -30,3 +30,14 @@ fn a_missing_file_is_shown_where_the_rig_names_it() {
         assert!(said != "cellz" || help.starts_with("did you mean `cells`?"), "{help}");
     }
 }
+
+/// Found by a user: the plan sent all messages as the first of them, and the second stayed silent without a word.
+#[test]
+fn two_testers_of_the_same_messages_are_refused() {
+    let testers = "[[node]]\nname = \"one\"\nat = \"can0\"\ntester = true\n\
+                   [[node]]\nname = \"two\"\nat = \"can0\"\ntester = true\n";
+    let rig = format!("{PACK}\n{testers}");
+    let refused = load(&project(&rig, &cells()));
+    let Err(TrialError::Prepare(error)) = refused else { panic!("taken") };
+    assert!(error.to_string().contains("testers of the same messages"), "{error}");
+}

@@ -276,6 +276,9 @@ impl<E: Cause> Builder<'_, E> {
         for line in lines {
             let words = self.words(file, number, *line)?;
             let Some((layout, sender)) = self.with_channel(node, number, words)? else { continue };
+            if node.tester == Some(true) {
+                self.check_alone(file, number, *line, &layout)?;
+            }
             tester.get_or_insert((layout.clone(), sender));
             self.speak(node, *line, layout, sender);
         }

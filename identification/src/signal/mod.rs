@@ -72,7 +72,7 @@ impl Bends {
 pub fn bends(times: &[f64], values: &[f64]) -> Vec<Bends> {
     let bent = curvatures(times, values);
     let inside = 2..values.len().saturating_sub(1);
-    let of = |above| inside.contains(&above).then(|| bend(&bent, above)).unwrap_or_default();
+    let of = |above| if inside.contains(&above) { bend(&bent, above) } else { Bends::default() };
     (0..values.len()).map(of).collect()
 }
 

@@ -50,6 +50,31 @@ impl<E: Cause> Builder<'_, E> {
         Err(self.mistake(("node", number, "emulate"), text, Some(help)))
     }
 
+    /// Checks that no other tester has the messages of this one: the plan would send them as that one alone.
+    pub(super) fn check_alone(
+        &self,
+        file: &RigFile,
+        number: usize,
+        line: usize,
+        layout: &Layout,
+    ) -> Result<(), LibraryError> {
+        let testers = file.nodes[..number].iter().filter(|one| one.tester == Some(true));
+        let is_alike = |other: &&NodeTable| {
+            self.rig.speakers.iter().any(|known| {
+                (known.node.as_str(), known.line) == (other.name.as_str(), line)
+                    && known.layout.messages() == layout.messages()
+            })
+        };
+        let Some(other) = testers.into_iter().find(is_alike) else { return Ok(()) };
+        let text = format!(
+            "`{}` and `{}` are testers of the same messages",
+            other.name, file.nodes[number].name
+        );
+        let help = "one tester sends those of all other nodes; of several, `dbc_node` says whose"
+            .to_owned();
+        Err(self.mistake(("node", number, "tester"), text, Some(help)))
+    }
+
     /// Notes messages that two emulated nodes send with one identifier on one bus: who hears it takes both for one, and
     /// on a real bus they disturb each other.
     pub(super) fn note_shared_identifiers(&mut self) {
