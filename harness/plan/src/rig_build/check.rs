@@ -50,7 +50,8 @@ impl<E: Cause> Builder<'_, E> {
         Err(self.mistake(("node", number, "emulate"), text, Some(help)))
     }
 
-    /// Checks that no other tester has the messages of this one: the plan would send them as that one alone.
+    /// Checks that no other tester on a bus has the messages of this one: the plan would send them as that one alone. A serial
+    /// line has no room for two.
     pub(super) fn check_alone(
         &self,
         file: &RigFile,
@@ -58,14 +59,17 @@ impl<E: Cause> Builder<'_, E> {
         line: usize,
         layout: &Layout,
     ) -> Result<(), LibraryError> {
-        let testers = file.nodes[..number].iter().filter(|one| one.tester == Some(true));
+        if self.line(line).is_some_and(|line| line.medium != Medium::Can) {
+            return Ok(());
+        }
+        let mut testers = file.nodes[..number].iter().filter(|one| one.tester == Some(true));
         let is_alike = |other: &&NodeTable| {
             self.rig.speakers.iter().any(|known| {
                 (known.node.as_str(), known.line) == (other.name.as_str(), line)
                     && known.layout.messages() == layout.messages()
             })
         };
-        let Some(other) = testers.into_iter().find(is_alike) else { return Ok(()) };
+        let Some(other) = testers.find(is_alike) else { return Ok(()) };
         let text = format!(
             "`{}` and `{}` are testers of the same messages",
             other.name, file.nodes[number].name
