@@ -49,6 +49,9 @@ fn rows() -> impl TypedValueParser<Value = Kind> {
     ])
 }
 
+/// Options of exports of a run, which an export of a device does not take.
+const OF_A_RUN: [&str; 8] = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"];
+
 /// Writes a recorded run for other tools: as a data package (datapackage.json and a CSV table), or with --tables, --mcap,
 /// --mf4 or --bus as tables for notebooks, as a file for Foxglove, as measured channels, or as a bus log.
 ///
@@ -102,13 +105,13 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"], add = completions::plan())]
     plan: Option<String>,
     /// A functional mock-up unit to write instead, of the device in the file RUN: FILE.fmu.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = OF_A_RUN)]
     fmu: Option<PathBuf>,
     /// Version of FMI.
-    #[arg(long, value_enum, default_value_t, requires = "fmu", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]
+    #[arg(long, value_enum, default_value_t, requires = "fmu", conflicts_with_all = OF_A_RUN)]
     fmi: Fmi,
     /// The library in the FMU. [default: libfmu_device.so where hil is installed]
-    #[arg(long, value_name = "FILE", requires = "fmu", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]
+    #[arg(long, value_name = "FILE", requires = "fmu", conflicts_with_all = OF_A_RUN)]
     library: Option<PathBuf>,
 }
 

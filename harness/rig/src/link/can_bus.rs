@@ -49,7 +49,7 @@ impl CanBus {
         self.expected += frames;
     }
 
-    /// These identifiers are of messages: the traffic of other nodes that a fault makes has none of them.
+    /// These identifiers are of messages: the traffic of other nodes that a fault makes keeps clear of them.
     pub fn take_identifiers(&mut self, identifiers: impl Iterator<Item = Id>) {
         let standard = identifiers.filter_map(|id| match id {
             Id::Standard(id) => Some(id),

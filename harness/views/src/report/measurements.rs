@@ -9,7 +9,7 @@ use record::outcome::{Measurement, Verdict};
 /// Size of the gauge in CSS pixels: the band takes the middle half.
 const GAUGE_WIDTH: f64 = 140.0;
 const GAUGE_HEIGHT: f64 = 18.0;
-/// Width of a band that has none.
+/// Least width of a band in the picture.
 const BAND_WIDTH_MIN: f64 = 2.0;
 
 /// Expanded uncertainty: about 95 % of a normal distribution.

@@ -44,15 +44,20 @@ pub(super) fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buf
         .render(area, picture);
 }
 
+/// Whether all judged values are within their bands; `None` if they are, and the last value is not judged.
+fn standing(gauge: &Gauge) -> Option<bool> {
+    (gauge.is_last_judged || gauge.outside > 0).then_some(gauge.outside == 0)
+}
+
 /// The name, the last value, the band, and the number of values.
 fn texts(gauge: &Gauge) -> [String; 4] {
     let quantity = &gauge.quantity;
     let band = gauge.band();
     let band = band.map_or_else(String::new, |band| figures::band(band.lower, band.upper, ""));
-    let mark = match (gauge.is_last_judged, gauge.outside) {
-        (false, 0) => "·",
-        (true, 0) => "✓",
-        _ => "✗",
+    let mark = match standing(gauge) {
+        None => "·",
+        Some(true) => "✓",
+        Some(false) => "✗",
     };
     let last = gauge.last().map_or_else(
         || "not yet".to_owned(),
@@ -66,10 +71,10 @@ fn texts(gauge: &Gauge) -> [String; 4] {
 }
 
 fn row(texts: [String; 4], gauge: &Gauge, look: &Look) -> Row<'static> {
-    let style = match (gauge.is_last_judged, gauge.outside) {
-        (false, 0) => Style::new(),
-        (true, 0) => look.palette.good(),
-        _ => look.palette.bad(),
+    let style = match standing(gauge) {
+        None => Style::new(),
+        Some(true) => look.palette.good(),
+        Some(false) => look.palette.bad(),
     };
     let [name, last, band, count] = texts.map(Cell::from);
     Row::new([name, last.style(style), band, count])
