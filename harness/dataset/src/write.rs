@@ -5,8 +5,8 @@ use super::gzip::packed;
 use super::publish::publish;
 use identification::dataset::{Axis, Dataset, Drive, Role};
 use serde_json::{Map, Value, json};
-use std::io;
 use std::path::Path;
+use std::{fs, io};
 
 /// Name of the run field, unless another field has it.
 const RUN_FIELD: &str = "run";
@@ -31,13 +31,21 @@ pub struct WriteOptions {
 /// # Errors
 /// When a file cannot be written.
 pub fn write(dataset: &Dataset, folder: &Path, options: &WriteOptions) -> io::Result<()> {
-    let name = if options.compressed { format!("{TABLE}.csv.gz") } else { format!("{TABLE}.csv") };
+    let (mut name, mut other) = (format!("{TABLE}.csv"), format!("{TABLE}.csv.gz"));
+    if options.compressed {
+        std::mem::swap(&mut name, &mut other);
+    }
     let run_field = run_field(dataset);
     let table = table(dataset, &run_field)?;
     let table = if options.compressed { packed(&table)? } else { table };
     let mut text = serde_json::to_string_pretty(&descriptor(dataset, &run_field, &name, options))?;
     text.push('\n');
-    publish(folder, &[(name, table), (DESCRIPTOR.to_owned(), text.into_bytes())])
+    publish(folder, &[(name, table), (DESCRIPTOR.to_owned(), text.into_bytes())])?;
+    // The table of a package that was written before, which no descriptor names any more.
+    match fs::remove_file(folder.join(other)) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
 }
 
 fn run_field(dataset: &Dataset) -> String {

@@ -86,8 +86,13 @@ proptest! {
     fn what_is_written_is_read(dataset in datasets(), compressed: bool) {
         let dir = tempfile::tempdir().unwrap();
         let folder = dir.path().join("set");
-        write(&dataset, &folder, &WriteOptions { compressed, ..WriteOptions::default() }).unwrap();
+        // The second one replaces the first, its table included.
+        for compressed in [!compressed, compressed] {
+            let options = WriteOptions { compressed, ..WriteOptions::default() };
+            write(&dataset, &folder, &options).unwrap();
+        }
         let back = read(&folder).unwrap();
         prop_assert!(same(&dataset, &back), "{dataset:?}\n{back:?}");
+        prop_assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
     }
 }
