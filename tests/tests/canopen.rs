@@ -127,7 +127,9 @@ fn an_abort_ends_the_run_with_its_code_in_words() {
 fn a_wrong_answer_is_told_from_an_abort_and_from_silence() {
     for (signal, value, said) in [
         ("command", 0x60, "the answer makes no sense: 0504 0001h (client/server command"),
-        ("command", 0x4F, "the answer has 1 byte, too few for this number"),
+        ("command", 0x4F, "the answer has 1 byte, expected 4"),
+        // Without a length, the answer has what the object has.
+        ("command", 0x42, "passed"),
         ("index", 0x6041, "the device does not answer; an answer for 6041sub0 came"),
     ] {
         let fault = format!(
@@ -146,6 +148,7 @@ fn what_an_sdo_step_names_has_to_be_there() {
         ("{ sdo = { index = 0x6099, write = 1 } }", "6099sub0: 0602 0000h (object does not exist"),
         ("{ sdo = { index = 0x1008, read = \"name\" } }", "is not a number"),
         ("{ sdo = { index = 0x6060, write = 1000 } }", "`modes_of_operation` cannot be 1000"),
+        ("{ sdo = { index = 0x6060, write = 1.5 } }", "= 1.5, and 2 would be written"),
         ("{ sdo = { node = \"other\", index = 0x6060 } }", "no EDS says which objects `other` has"),
         ("{ sdo = { index = 0x6060, write = 1, read = \"x\" } }", "`read` beside `write`"),
         (

@@ -81,6 +81,23 @@ fn another_response_fails_the_run() {
     }
 }
 
+/// Each takes 0.3 s: a routine whose response is suppressed, and the second identifier of a read.
+#[test]
+fn what_takes_its_time_takes_it_in_every_request() {
+    let heater = page(1)
+        .replace("delay_s = \"slow\"\n", "")
+        .replace("access = { sessions = [\"extended\"] }\n", "delay_s = 0.3\n")
+        .replace("value = \"setpoint\"\n", "value = \"setpoint\"\ndelay_s = 0.3\n")
+        .replace("[uds.service.write_data]\ndelay_s = 0.3\n", "");
+    for request in ["0x31, 0x81, 2, 3", "0x22, 1, 0, 1, 1"] {
+        let step = format!("{{ uds = {{ request = [{request}] }}, label = \"slow\" }}");
+        let measured = "[[measurement]]\nname = \"slow\"\ndoc = \"slow\"\nquantity = \"step.duration\"\n\
+                        where = { \"during.slow\" = 1 }\nunit = \"s\"\ncheck = { all_within = [0.3, 0.31] }\n";
+        let run = run(&[("devices/heater.toml", &heater)], &plan(&step, measured));
+        assert!(run.passed(), "{request}: {run}");
+    }
+}
+
 #[test]
 fn faults_strike_the_frames_of_a_response() {
     let read = "{ uds = { request = [0x22, 0xF1, 0x90], expect = \"any\" } }";

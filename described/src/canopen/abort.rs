@@ -45,7 +45,7 @@ impl Abort {
             "data cannot be transferred or stored to the application because of the present device state";
         _ = 0x0800_0023,
             "object dictionary dynamic generation fails or no object dictionary is present";
-        _ = 0x0800_0024, "no data available";
+        NO_DATA = 0x0800_0024, "no data available";
     }
 
     /// What the code means, in the standard's wording; `None` for a code that the standard does not list.

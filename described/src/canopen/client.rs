@@ -20,6 +20,7 @@ pub struct SdoClient {
     deadline: Timestamp,
     /// The other object for which an answer came.
     other: Option<(u16, u8)>,
+    says_length: bool,
 }
 
 /// What comes of a frame.
@@ -51,7 +52,10 @@ impl SdoClient {
         };
         let writes = write.is_some();
         let data = write.filter(|data| data.len() > 4).unwrap_or_default();
-        (Self { object, data, writes, toggle: 0, deadline: now + TIMEOUT, other: None }, first)
+        let deadline = now + TIMEOUT;
+        let client =
+            Self { object, data, writes, toggle: 0, deadline, other: None, says_length: true };
+        (client, first)
     }
 
     /// When the answer is overdue.
@@ -64,6 +68,11 @@ impl SdoClient {
         self.other
     }
 
+    /// Whether the device has said how many bytes it sent. If not, those that were read end with some that mean nothing.
+    pub const fn says_length(&self) -> bool {
+        self.says_length
+    }
+
     /// What tells the device that the transfer is abandoned.
     pub fn give_up(&self, why: Abort) -> [u8; 8] {
         sdo::words(sdo::ABORT, self.object, why.0.to_le_bytes())
@@ -73,11 +82,11 @@ impl SdoClient {
     pub fn receive(&mut self, now: Timestamp, words: &[u8; 8]) -> Progress {
         self.deadline = now + TIMEOUT;
         match (words[0] >> 5, self.writes) {
-            (4, _) => Progress::Aborted(Abort(u32::from_le_bytes(sdo::data(words)))),
-            (2 | 3, _) if sdo::object(words) != self.object => {
+            (2..=4, _) if sdo::object(words) != self.object => {
                 self.other = Some(sdo::object(words));
                 Progress::Nothing
             }
+            (4, _) => Progress::Aborted(Abort(u32::from_le_bytes(sdo::data(words)))),
             (3, true) if self.data.is_empty() => Progress::Done(Vec::new()),
             (3, true) => self.segment(),
             (1, true) if words[0] & 0x10 != self.toggle ^ 0x10 => {
@@ -86,8 +95,9 @@ impl SdoClient {
             (1, true) if self.data.is_empty() => Progress::Done(Vec::new()),
             (1, true) => self.segment(),
             (2, false) if words[0] & 2 != 0 => {
-                let length = if words[0] & 1 != 0 { 4 - usize::from(words[0] >> 2 & 3) } else { 4 };
-                Progress::Done(words[4..4 + length].to_vec())
+                self.says_length = words[0] & 1 != 0;
+                let unused = if self.says_length { usize::from(words[0] >> 2 & 3) } else { 0 };
+                Progress::Done(words[4..8 - unused].to_vec())
             }
             (2, false) => Progress::Send([0x60, 0, 0, 0, 0, 0, 0, 0]),
             (0, false) if words[0] & 0x10 != self.toggle => Progress::Senseless(Abort::TOGGLE),

@@ -119,10 +119,15 @@ impl Entry {
         }
     }
 
-    /// The value of these bytes, in its unit; `None` if it is not a number or they are fewer than it has.
+    /// Number of its bytes, if it is a number.
+    pub fn length(&self) -> Option<usize> {
+        self.number().map(|_| self.kind.bytes())
+    }
+
+    /// The value of these bytes, in its unit; `None` if it is not a number or they are fewer or more than it has.
     pub fn value(&self, bytes: &[u8]) -> Option<f64> {
         let (coding, bits) = self.number()?;
-        if bytes.len() < self.kind.bytes() {
+        if bytes.len() != self.kind.bytes() {
             return None;
         }
         let raw = unsigned(bytes) & (u64::MAX >> (u64::BITS - bits));
@@ -134,6 +139,14 @@ impl Entry {
         let (coding, bits) = self.number()?;
         let raw = coding.raw(value, bits, self.scale, (f64::MIN, f64::MAX))?;
         Some(raw.to_le_bytes()[..self.kind.bytes()].to_vec())
+    }
+
+    /// The value that a device gets, where the object counts in steps and `value` is between two of them.
+    pub fn sent_instead_of(&self, value: f64) -> Option<f64> {
+        let (coding, _) = self.number()?;
+        let sent = self.value(&self.bytes(value)?)?;
+        let step = self.scale.factor.abs();
+        (!coding.is_float() && self.scale.is_another(sent, value, step)).then_some(sent)
     }
 
     /// The smallest and the largest value, in its unit.

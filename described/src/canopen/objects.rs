@@ -3,6 +3,7 @@
 use super::abort::Abort;
 use super::dictionary::{APPLICATION, Dictionary, unsigned};
 use super::pdo;
+use crate::device::{Clipped, Counts};
 use std::sync::Arc;
 
 /// Error register, and its history (CiA 301, 7.5.2.2 and 7.5.2.4).
@@ -28,11 +29,24 @@ pub(super) struct Objects {
     pub(super) values: Vec<Vec<u8>>,
     /// The object of the communication that was written last.
     pub(super) changed: Option<u16>,
+    clipped: Counts,
+    not_finite: u64,
 }
 
 impl Objects {
     pub(super) fn new(dictionary: Arc<Dictionary>) -> Self {
-        Self { values: dictionary.start(), dictionary, changed: None }
+        Self {
+            values: dictionary.start(),
+            dictionary,
+            changed: None,
+            clipped: Counts::default(),
+            not_finite: 0,
+        }
+    }
+
+    /// Takes over the counts of those before.
+    pub(super) fn count_on(&mut self, before: Self) {
+        (self.clipped, self.not_finite) = (before.clipped, before.not_finite);
     }
 
     /// Sets the objects of the communication to their values at power-on.
@@ -59,12 +73,19 @@ impl Objects {
     /// The bytes of the object at this place now. A value out of its range is the nearest one in it.
     pub(super) fn current(&mut self, place: usize, application: &dyn Application) -> &[u8] {
         let entry = &self.dictionary.entries[place];
-        let value = application.value(place).filter(|value| value.is_finite());
+        let value = application.value(place);
+        self.not_finite += u64::from(value.is_some_and(|value| !value.is_finite()));
+        let value = value.filter(|value| value.is_finite());
         // Equal numbers may be different bytes: 64 bits are more than a double has.
         if let Some(value) = value.filter(|value| entry.value(&self.values[place]) != Some(*value))
         {
             let (least, greatest) = entry.range();
-            if let Some(bytes) = entry.bytes(value.clamp(least, greatest)) {
+            let inside = value.clamp(least, greatest);
+            if let Some(bytes) = entry.bytes(inside) {
+                // A value that rounds to the end of the range is in it.
+                if entry.bytes(value).as_ref() != Some(&bytes) {
+                    self.clipped.add(place, value, inside);
+                }
                 self.values[place] = bytes;
             }
         }
@@ -79,6 +100,10 @@ impl Objects {
         let place = self.dictionary.position(index, sub)?;
         if !self.dictionary.entries[place].readable {
             return Err(Abort::WRITE_ONLY);
+        }
+        // What the history does not hold cannot be read (CiA 301, 7.5.2.4).
+        if index == ERROR_HISTORY && u64::from(sub) > self.setting(ERROR_HISTORY, 0).unwrap_or(0) {
+            return Err(Abort::NO_DATA);
         }
         Ok(self.current(place, application).to_vec())
     }
@@ -113,6 +138,19 @@ impl Objects {
             let bytes = self.dictionary.entries[place].kind.bytes();
             self.values[place] = number.to_le_bytes()[..bytes].to_vec();
         }
+    }
+
+    pub(super) const fn not_finite(&self) -> u64 {
+        self.not_finite
+    }
+
+    /// The objects of which values were clipped to the range.
+    pub(super) fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
+        self.clipped.all().into_iter().map(|(place, count, farthest)| {
+            let entry = &self.dictionary.entries[place];
+            let (name, range) = (entry.name().to_owned(), entry.range());
+            Clipped { name, range, unit: entry.unit(), count, farthest }
+        })
     }
 
     pub(super) fn set_error_register(&mut self, register: u8) {

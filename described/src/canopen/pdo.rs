@@ -191,10 +191,10 @@ impl Pdo {
         if self.is_used() { id(self.cob) } else { None }
     }
 
-    /// Whether it is valid. One with the identifier 0, which is that of NMT, is not used: so do the files of many devices leave
-    /// out what they could have.
+    /// Whether it is valid and carries something. One with the identifier 0, which is that of NMT, is not used: so do the
+    /// files of many devices leave out what they could have.
     const fn is_used(&self) -> bool {
-        self.cob & INVALID == 0 && self.cob & IDENTIFIER != 0
+        self.cob & INVALID == 0 && self.cob & IDENTIFIER != 0 && !self.mapped.is_empty()
     }
 
     /// Its identifier, if it is used.

@@ -1,37 +1,42 @@
-//! Values that a device could not send, because the range of their signal ends before them.
+//! Values that a device could not send, because the range of their signal or object ends before them.
 
 use super::Device;
-use crate::layout::Signal;
 
-/// A signal with values beyond its range.
-#[derive(Debug, Clone, Copy)]
+/// A signal or an object with values beyond its range.
+#[derive(Debug, Clone)]
 pub struct Clipped<'a> {
-    /// The name of its message.
-    pub message: &'a str,
-    /// The signal.
-    pub signal: &'a Signal,
-    /// Number of values that were sent as the nearer end of the range.
+    /// `message.signal`, or the name of the object.
+    pub name: String,
+    /// Its smallest and its largest value.
+    pub range: (f64, f64),
+    /// Unit of its values; may be empty.
+    pub unit: &'a str,
+    /// Number of values that became the nearer end of the range.
     pub count: u64,
-    /// The value farthest from the range, in the signal's unit.
+    /// The value farthest from the range.
     pub farthest: f64,
 }
 
 impl Device {
-    /// The signals of which values were clipped to the range. Values that round to one in range are not.
+    /// The signals and objects of which values were clipped to the range. Values that round to one in range are not.
     pub fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
-        self.senders.iter().zip(&self.description.model.sent).flat_map(|(sending, sent)| {
+        let senders = self.senders.iter().zip(&self.description.model.sent);
+        let signals = senders.flat_map(|(sending, sent)| {
             let message = &self.description.layout().messages()[sent.message];
             sending.clipped.all().into_iter().map(|(place, count, farthest)| {
                 let signal = &message.signals[place];
-                Clipped { message: &message.name, signal, count, farthest }
+                let name = format!("{}.{}", message.name, signal.name);
+                let range = (signal.minimum, signal.maximum);
+                Clipped { name, range, unit: &signal.unit, count, farthest }
             })
-        })
+        });
+        signals.chain(self.canopen.iter().flat_map(|node| node.clipped()))
     }
 }
 
-/// The counts of one message: only its signals with such values.
+/// The counts of one message, or of a device's objects: only those with such values.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Counts(Vec<Count>);
+pub(crate) struct Counts(Vec<Count>);
 
 #[derive(Debug, Clone)]
 struct Count {
@@ -43,9 +48,9 @@ struct Count {
 }
 
 impl Counts {
-    /// Counts a `value` of the signal at this place that is sent as `inside`.
+    /// Counts a `value` of what is at this place that is sent as `inside`.
     #[cold]
-    pub(super) fn add(&mut self, place: usize, value: f64, inside: f64) {
+    pub(crate) fn add(&mut self, place: usize, value: f64, inside: f64) {
         let excess = (value - inside).abs();
         match self.0.iter_mut().find(|known| known.place == place) {
             None => self.0.push(Count { place, count: 1, farthest: value, excess }),
@@ -58,8 +63,8 @@ impl Counts {
         }
     }
 
-    /// The place, the count and the farthest value of each signal, in the order of the message.
-    pub(super) fn all(&self) -> Vec<(usize, u64, f64)> {
+    /// The place, the count and the farthest value of each, in the order of places.
+    pub(crate) fn all(&self) -> Vec<(usize, u64, f64)> {
         let all = self.0.iter().map(|known| (known.place, known.count, known.farthest));
         let mut all: Vec<_> = all.collect();
         all.sort_unstable_by_key(|(place, ..)| *place);

@@ -19,6 +19,7 @@ use crate::layout::{Decoder, Sender};
 use crate::outbox::Outbox;
 use answers::Answers;
 pub use clipped::Clipped;
+pub(crate) use clipped::Counts;
 use dynamics::{Dynamics, finite};
 use readings::Readings;
 use sending::{Agenda, Sending};
@@ -292,9 +293,10 @@ impl Device {
         self.outbox.dropped() + self.answers.dropped + uds + canopen
     }
 
-    /// Number of non-finite values of states and signals, for which the previous value was kept.
-    pub const fn not_finite(&self) -> u64 {
-        self.not_finite + self.dynamics.not_finite()
+    /// Number of non-finite values of states, signals and objects, for which the previous value was kept.
+    pub fn not_finite(&self) -> u64 {
+        let objects = self.canopen.as_ref().map_or(0, |node| node.not_finite());
+        self.not_finite + self.dynamics.not_finite() + objects
     }
 
     /// Input that is not a message; see [`Decoder::damaged`].

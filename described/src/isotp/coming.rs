@@ -30,8 +30,9 @@ impl Channel {
             self.fail("the announced message is too long");
             return None;
         }
-        // What would fit into a single frame is ignored (9.6.3.2).
-        if length <= data.len() {
+        // What would fit into a single frame is ignored (9.6.3.2). In one of at most eight bytes, that has room for one more.
+        let single = if data.len() < 8 { data.len() + 1 } else { data.len() };
+        if length <= single {
             return None;
         }
         let mut whole = Vec::with_capacity(length);

@@ -150,6 +150,18 @@ fn what_is_too_long_is_refused() {
     assert_eq!(pair.ends[1].transmit().unwrap().data(), [0x32, 0, 0]);
 }
 
+/// A first frame of what a single frame has room for.
+#[test]
+fn a_first_frame_of_seven_bytes_is_ignored() {
+    for (length, answers) in [(7, 0), (8, 1)] {
+        let mut pair = Pair::new("");
+        let id = Id::Standard(StandardId::new(0x7E0).unwrap());
+        let first = CanFrame::new(id, &[0x10, length, 1, 2, 3, 4, 5, 6]).unwrap();
+        assert_eq!(pair.ends[1].receive(pair.now, &first), None);
+        assert_eq!(std::iter::from_fn(|| pair.ends[1].transmit()).count(), answers, "{length}");
+    }
+}
+
 #[test]
 fn a_request_to_all_is_a_single_frame() {
     let mut pair = Pair::new("");

@@ -4,6 +4,8 @@ use crate::bits::SIGNAL_BITS_MAX;
 
 /// Allowed excess over the end of a range, in counts: the rounding error of decimal fractions in binary.
 pub(super) const RANGE_SLACK_COUNTS: f64 = 1e-6;
+/// A decimal fraction, its scale and their product, each rounded to a double, as a share of the value.
+const DOUBLE_SLACK: f64 = 4.0 * f64::EPSILON;
 
 /// Encoding of a number in the bits of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +36,13 @@ impl Scale {
 
     pub(crate) fn physical(self, number: f64) -> f64 {
         self.factor * number + self.offset
+    }
+
+    /// Whether the value `sent`, one of those `step` apart, is not `value`. A decimal fraction is only as far from a step as
+    /// its double is.
+    pub(crate) fn is_another(self, sent: f64, value: f64, step: f64) -> bool {
+        let of_doubles = (value.abs() + self.offset.abs()) * DOUBLE_SLACK;
+        (sent - value).abs() > of_doubles.max(RANGE_SLACK_COUNTS * step)
     }
 
     pub(crate) fn number(self, physical: f64) -> f64 {

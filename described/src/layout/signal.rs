@@ -10,9 +10,6 @@ use crate::hint;
 /// Allowed excess of a printed number over the range into which it rounds, in units of the last decimal.
 const PRINTED_SLACK: f64 = 0.5 + 1e-6;
 
-/// A decimal fraction, its scale and their product, each rounded to a double, as a share of the value.
-const DOUBLE_SLACK: f64 = 4.0 * f64::EPSILON;
-
 /// A number in a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
@@ -100,12 +97,10 @@ impl Signal {
     }
 
     /// The value that a receiver reads, where the signal counts in steps and `value` is between two of them: rounding
-    /// would make half a switch a whole one. A decimal fraction is only as far from a step as its double is.
+    /// would make half a switch a whole one.
     pub fn sent_instead_of(&self, value: f64) -> Option<f64> {
         let (sent, step) = (self.as_sent(value), self.resolution());
-        let of_doubles = (value.abs() + self.scale.offset.abs()) * DOUBLE_SLACK;
-        let slack = of_doubles.max(RANGE_SLACK_COUNTS * step);
-        (step > 0.0 && (sent - value).abs() > slack).then_some(sent)
+        (step > 0.0 && self.scale.is_another(sent, value, step)).then_some(sent)
     }
 
     /// Applies a declared range if its bits can represent a value in it; otherwise returns `false` and changes

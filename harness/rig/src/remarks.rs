@@ -4,7 +4,7 @@
 use super::Rig;
 use super::node::Part;
 use super::rig::Ear;
-use described::{Clipped, Signal};
+use described::Clipped;
 use record::figures;
 use wire::can::{Hex, Id};
 
@@ -29,7 +29,7 @@ impl Rig {
                     figures::times(*count),
                     message.name,
                     signal.name,
-                    range(signal)
+                    from_to((signal.minimum, signal.maximum), &signal.unit)
                 ));
             }
         }
@@ -42,11 +42,13 @@ impl Rig {
         for node in &self.nodes {
             let Part::Described(described) = &node.part else { continue };
             let device = &described.device;
-            let clipped = device.clipped().map(|Clipped { message, signal, count, farthest }| {
-                let farthest = figures::quantity_alone(farthest, 0.0, &signal.unit);
+            let clipped = device.clipped().map(|Clipped { name, range, unit, count, farthest }| {
                 format!(
-                    "{} {}.{message}.{} was clipped to its range, {}; the farthest value was {farthest}",
-                    figures::times(count), node.name, signal.name, range(signal)
+                    "{} {}.{name} was clipped to its range, {}; the farthest value was {}",
+                    figures::times(count),
+                    node.name,
+                    from_to(range, unit),
+                    figures::quantity_alone(farthest, 0.0, unit)
                 )
             });
             remarks.extend(clipped);
@@ -102,6 +104,6 @@ impl Rig {
     }
 }
 
-fn range(signal: &Signal) -> String {
-    figures::with_unit(format!("{} to {}", signal.minimum, signal.maximum), &signal.unit)
+fn from_to((least, greatest): (f64, f64), unit: &str) -> String {
+    figures::with_unit(format!("{least} to {greatest}"), unit)
 }

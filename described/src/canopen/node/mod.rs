@@ -8,6 +8,7 @@ use super::nmt::{self, Command, Consumed, State};
 use super::objects::{Application, Objects};
 use super::pdo::{self, Pdo};
 use super::sdo::{Server, Store};
+use crate::device::Clipped;
 use sending::{AT_EVENTS, Sending};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -75,15 +76,26 @@ impl Node {
 
     /// Power-on. Its boot-up message comes with the next wake-up.
     pub(crate) fn start(&mut self, now: Timestamp) {
-        let dropped = self.dropped;
-        *self = Self::new(Arc::clone(&self.objects.dictionary), self.step);
-        (self.started, self.dropped) = (now, dropped);
+        let anew = Self::new(Arc::clone(&self.objects.dictionary), self.step);
+        let before = std::mem::replace(self, anew);
+        (self.started, self.dropped) = (now, before.dropped);
+        self.objects.count_on(before.objects);
         self.configure(now);
     }
 
     /// Number of frames not sent because the queue was full.
     pub(crate) const fn dropped(&self) -> u64 {
         self.dropped
+    }
+
+    /// The objects of which values were clipped to the range.
+    pub(crate) fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
+        self.objects.clipped()
+    }
+
+    /// Number of values that were not finite, for which objects kept the one before.
+    pub(crate) const fn not_finite(&self) -> u64 {
+        self.objects.not_finite()
     }
 
     fn id(&self, function: u16) -> Option<Id> {
@@ -199,8 +211,10 @@ impl Node {
         }
         let errors = application.errors();
         self.has_errors = !errors.is_empty();
-        for (code, holds) in errors {
-            if holds { self.raise(code) } else { self.clear(code) }
+        for (code, _) in &errors {
+            // Several conditions may share a code: it goes with the last of them.
+            let holds = errors.iter().any(|(other, holds)| other == code && *holds);
+            if holds { self.raise(*code) } else { self.clear(*code) }
         }
         let mut has_events = false;
         for place in 0..self.transmitted.len() {
@@ -233,7 +247,10 @@ impl Node {
     ) -> Heard {
         let heard = self.hear(now, frame, application);
         match self.objects.changed.take() {
-            Some(0x1016) => self.consumed = nmt::consumed(&self.objects),
+            Some(0x1016) => {
+                self.consumed = nmt::consumed(&self.objects);
+                self.clear(emergency::HEARTBEAT);
+            }
             Some(0x1017) => self.configure_heartbeat(now),
             Some(0x1400..=0x1BFF) => self.configure_pdos(now),
             _ => {}

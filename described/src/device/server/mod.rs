@@ -198,11 +198,18 @@ impl Server {
         let service = data.first().and_then(|service| case.diagnosis.services.get(service));
         let mut seconds = service.map_or(0.0, |service| case.device.evaluate(&service.delay));
         match data {
-            [sid::READ_DATA | sid::WRITE_DATA, high, low, ..] => {
+            [sid::READ_DATA, dids @ ..] => {
+                for did in dids.as_chunks().0 {
+                    let did = case.diagnosis.dids.get(&u16::from_be_bytes(*did));
+                    seconds += did.map_or(0.0, |did| case.device.evaluate(&did.delay));
+                }
+            }
+            [sid::WRITE_DATA, high, low, ..] => {
                 let did = case.diagnosis.dids.get(&u16::from_be_bytes([*high, *low]));
                 seconds += did.map_or(0.0, |did| case.device.evaluate(&did.delay));
             }
-            [sid::ROUTINE_CONTROL, 1, high, low, ..] => {
+            // The highest bit suppresses the response, and the routine takes its time all the same.
+            [sid::ROUTINE_CONTROL, 1 | 0x81, high, low, ..] => {
                 let routine = case.diagnosis.routines.get(&u16::from_be_bytes([*high, *low]));
                 seconds += routine.map_or(0.0, |routine| case.device.evaluate(&routine.delay));
             }

@@ -62,8 +62,8 @@ fn what_is_beyond_its_range_is_sent_as_its_end() {
     let sent = run(&mut device, 0.2);
     let first = |(_, wired): &(Timestamp, Transmit)| values(description.layout(), wired).1[0];
     assert_eq!(sent.iter().map(first).collect::<Vec<_>>(), [-40.0, 320.0]);
-    let clipped = device.clipped().map(|one| (one.message, one.signal.name.as_str(), one.count));
-    assert_eq!(clipped.collect::<Vec<_>>(), [("Status", "Temperature", 2)]);
+    let clipped = device.clipped().map(|one| (one.name, one.count));
+    assert_eq!(clipped.collect::<Vec<_>>(), [("Status.Temperature".to_owned(), 2)]);
     let farthest = device.clipped().next().unwrap().farthest;
     assert!((farthest + 50_000.0).abs() < 1.0, "{farthest}");
 }

@@ -90,7 +90,13 @@ impl Sdo {
             let message = format!("`{}` cannot be {value}", entry.name());
             return Err(at.key("write").mistake(message));
         }
-        if self.read.is_some() && entry.value(&[0; 8]).is_none() {
+        if let Some((value, sent)) =
+            self.write.and_then(|value| Some((value, entry.sent_instead_of(value)?)))
+        {
+            let message = format!("{} = {value}, and {sent} would be written", entry.name());
+            return Err(at.key("write").mistake(message));
+        }
+        if self.read.is_some() && entry.length().is_none() {
             let message = format!("`{}` is not a number", entry.name());
             return Err(at.key("read").mistake(message));
         }

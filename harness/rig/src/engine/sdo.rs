@@ -1,7 +1,9 @@
 //! SDO transfers of the plan: requests as messages that a tester sends, answers as messages of the device.
 
 use super::{Action, Engine, Waiting};
-use described::{Abort, Decoded, Dictionary, Progress, SDO_RESPONSE, SdoClient, SignalValue};
+use described::{
+    Abort, Decoded, Dictionary, Entry, Progress, SDO_RESPONSE, SdoClient, SignalValue,
+};
 use plan::{Order, Sdo, Send, Speaker, canopen_devices};
 use record::figures;
 use record::outcome::Outcome;
@@ -134,7 +136,7 @@ impl Engine {
     }
 
     fn end_sdo(&mut self, now: Timestamp, how: Result<Vec<u8>, Abort>) {
-        let Some(Running { step, device, .. }) = self.transfers.running.take() else { return };
+        let Some(Running { step, device, client }) = self.transfers.running.take() else { return };
         let wanted = step.abort.map(Abort);
         let reason = match (&how, wanted) {
             (Err(why), Some(wanted)) if *why == wanted => None,
@@ -151,10 +153,12 @@ impl Engine {
             return self.end_here(now, Outcome::Failed, &reason);
         }
         if let (Ok(bytes), Some(quantity)) = (&how, step.quantity()) {
-            let entry = device.dictionary.find(step.index, step.sub);
-            let Some(value) = entry.ok().and_then(|entry| entry.value(bytes)) else {
+            let entry = device.dictionary.find(step.index, step.sub).ok();
+            let length = entry.and_then(Entry::length).unwrap_or_default();
+            let its = if client.says_length() { bytes } else { &bytes[..length.min(bytes.len())] };
+            let Some(value) = entry.and_then(|entry| entry.value(its)) else {
                 let bytes = figures::counted(bytes.len() as u64, "byte", "bytes");
-                let why = format!("the answer has {bytes}, too few for this number");
+                let why = format!("the answer has {bytes}, expected {length}");
                 return self.end_here(now, Outcome::Failed, &why);
             };
             self.observe(now, |collector| collector.add_named(&quantity, value, 0.0, &[]));
