@@ -196,7 +196,8 @@ impl Family {
                     self.take(key, message, outside)?;
                 }
                 Reading::Silence => {
-                    if !is_held(process.pid) {
+                    let pid = process.pid;
+                    if !self.is_held(pid) {
                         silence += PATIENCE;
                     }
                     if self.rules.stop.load(Ordering::Relaxed) {
@@ -331,6 +332,16 @@ impl Family {
         Err(self.never_joined(pid))
     }
 
+    /// Whether a debugger from outside holds a process; such a process is awaited without limit.
+    fn is_held(&self, pid: i32) -> bool {
+        let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+        let value =
+            |key: &str| status.lines().find_map(|line| line.strip_prefix(key)).map(str::trim);
+        let tracer = value("TracerPid:").and_then(|pid| pid.parse().ok());
+        let is_ours = self.processes.values().any(|process| Some(process.pid) == tracer);
+        value("State:").is_some_and(|state| state.starts_with('t')) && !is_ours
+    }
+
     fn never_joined(&self, pid: i32) -> Ended {
         let link = fs::read_link(format!("/proc/{pid}/exe"));
         let executable = link.map_or_else(|_| "gone".to_owned(), |path| path.display().to_string());
@@ -375,12 +386,6 @@ impl Drop for Family {
 /// Whether a process has ended, even if its parent has not reaped it yet.
 fn is_gone(pid: i32) -> bool {
     wait_for_death(pid, Duration::ZERO)
-}
-
-/// Whether a debugger holds a process; such a process is awaited without limit.
-fn is_held(pid: i32) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with('t'))
 }
 
 fn wait_for_death(pid: i32, limit: Duration) -> bool {

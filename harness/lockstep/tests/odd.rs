@@ -110,6 +110,14 @@ fn one_that_computes_without_end_is_given_up() {
     ends_and_leaves_nothing(running);
 }
 
+/// Its child stands still for it, as one under `strace` does, and nobody outside would let it go on.
+#[test]
+fn one_that_traces_another_of_its_own_is_given_up() {
+    let (running, _) = run(odd("trace").wall_limit(LIMIT), 1);
+    assert_eq!(running.ended(), Some(&Ended::NeverWaited { limit: LIMIT }));
+    ends_and_leaves_nothing(running);
+}
+
 /// Holds a process as a debugger does while its user looks at it.
 const HOLDS: &str = "
 import ctypes, os, sys, time

@@ -109,7 +109,7 @@ impl SlcanAdapter {
         self.answer();
     }
 
-    /// Sends the waiting lines to the other side; `false` if the last of them did not arrive whole.
+    /// Sends the waiting lines to the other side; `false` if the last of them found no room.
     fn answer(&mut self) -> bool {
         let mut sent = true;
         while let Some(line) = self.adapter.transmit() {

@@ -14,7 +14,6 @@ pub use host::SlcanHost;
 
 use wire::packet::BYTES_MAX;
 use wire::serial::SerialSettings;
-use wire::slcan::CR;
 
 /// Default settings of an adapter's port. Assumption: a USB adapter accepts any rate, and those with a UART often have
 /// this one.
@@ -25,40 +24,32 @@ const EVENT_BYTES_MIN: usize = 3;
 /// Maximum number of events in one read.
 const EVENTS_MAX: usize = BYTES_MAX / EVENT_BYTES_MIN + 1;
 
-/// Turns a truncated line into one that cannot be taken for a frame: not a digit, and an end. An end alone is not
-/// enough: the Linux driver takes missing digits from the preceding line.
-const SPOILED: &[u8] = b"!\r";
-
-/// Sends whole lines to a serial line. A line that found only partial room is terminated before the next, so that the
-/// other side does not join the two.
+/// Sends whole lines to a serial line. The rest of a line that found only partial room goes before the next, so that the
+/// other side reads nothing but frames, however late it reads.
 #[derive(Debug, Default)]
 struct Lines {
-    owed: &'static [u8],
+    owed: Vec<u8>,
 }
 
 impl Lines {
-    /// `send` returns how many bytes found room. Returns `false` if the line does not arrive. A line that lacks only
-    /// its end does arrive, with the next one or with [the rest](Self::finish).
+    /// `send` returns how many bytes found room. Returns `false` if nothing of the line did. What did not goes with the
+    /// next line or with [the rest](Self::finish).
     fn send(&mut self, line: &[u8], mut send: impl FnMut(&[u8]) -> usize) -> bool {
         if !self.finish(&mut send) {
             return false;
         }
         let taken = send(line);
-        let rest = line.get(taken..).unwrap_or_default();
-        self.owed = match rest {
-            _ if taken == 0 => b"",
-            [] => b"",
-            [CR] => b"\r",
-            _ => SPOILED,
-        };
-        taken > 0 && rest.len() <= 1
+        if taken > 0 {
+            self.owed.extend_from_slice(line.get(taken..).unwrap_or_default());
+        }
+        taken > 0
     }
 
-    /// Terminates a truncated last line; `false` if it still finds no room.
+    /// Sends the rest of the last line; `false` if it still finds no room.
     fn finish(&mut self, mut send: impl FnMut(&[u8]) -> usize) -> bool {
         if !self.owed.is_empty() {
-            let taken = send(self.owed);
-            self.owed = self.owed.get(taken..).unwrap_or_default();
+            let taken = send(&self.owed);
+            self.owed.drain(..taken.min(self.owed.len()));
         }
         self.owed.is_empty()
     }

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/ptrace.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -140,6 +141,16 @@ int main(int count, char **words) {
     if (!strcmp(how, "parent")) kill(getppid(), SIGKILL);
     // Lets a debugger that did not start it attach.
     if (!strcmp(how, "debug")) prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY);
+    if (!strcmp(how, "trace")) {
+        pid_t child = fork();
+        if (child == 0) {
+            ptrace(PTRACE_TRACEME, 0, NULL, NULL);
+            raise(SIGSTOP);
+            _exit(0);
+        }
+        waitpid(child, NULL, 0);
+        sleep(1000);
+    }
     if (!strcmp(how, "start") && fork() == 0) {
         execl(words[2], words[2], NULL);
         _exit(9);

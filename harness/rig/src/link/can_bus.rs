@@ -17,7 +17,8 @@ use waiting::Waiting;
 use wire::can::{BitRates, CanFrame, Id, StandardId};
 use wire::time::Timestamp;
 
-/// Most frames that wait for the bus unless [more are expected](CanBus::expect); those beyond are dropped and counted.
+/// Most frames of a node that wait for the bus unless [more are expected](CanBus::expect); those beyond are dropped and
+/// counted. Each node has a queue of its own: what another sends takes no place in it.
 const FRAMES_MAX: usize = 1_024;
 
 /// A bus that every node receives; `from` names the sender.
@@ -44,7 +45,7 @@ impl CanBus {
         self.rates
     }
 
-    /// So many frames more may wait at once.
+    /// So many frames more of a node may wait at once.
     pub const fn expect(&mut self, frames: usize) {
         self.expected += frames;
     }
@@ -73,7 +74,8 @@ impl CanBus {
 
     /// From now on the frame waits for the bus.
     fn wait(&mut self, now: Timestamp, from: EndId, frame: CanFrame) {
-        if self.waiting.len() >= self.expected.max(FRAMES_MAX) {
+        let most = self.expected.max(FRAMES_MAX);
+        if self.waiting.len() >= most && self.waiting.count(from) >= most {
             self.no_room += 1;
             return;
         }
@@ -111,7 +113,7 @@ impl CanBus {
         self.dropped + self.no_room
     }
 
-    /// Those of them for which the queue had no room.
+    /// Those of them for which the queue of their node had no room.
     pub const fn no_room(&self) -> u64 {
         self.no_room
     }
@@ -189,6 +191,19 @@ mod tests {
             bus.send(Timestamp::ZERO, EndId(0), frame(1));
         }
         assert_eq!((bus.dropped(), bus.no_room()), (4, 4));
+    }
+
+    #[test]
+    fn a_node_that_floods_the_bus_takes_no_room_of_another() {
+        let mut bus = CanBus::default();
+        for _ in 0..FRAMES_MAX + 5 {
+            bus.send(Timestamp::ZERO, EndId(0), frame(0x700));
+        }
+        let before = bus.no_room();
+        bus.send(Timestamp::ZERO, EndId(1), frame(0x100));
+        assert_eq!(bus.no_room(), before);
+        bus.arrived(bus.next_arrival());
+        assert_eq!(bus.arrived(bus.next_arrival()), Some((EndId(1), frame(0x100))));
     }
 
     #[test]
