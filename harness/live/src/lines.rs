@@ -37,9 +37,15 @@ pub struct Place {
 }
 
 impl Place {
-    /// A port of unknown speed.
+    /// A port of unknown speed. A path that begins at the folder of this process is made absolute: others are elsewhere.
     pub(crate) fn of_port(port: impl ToString) -> Self {
-        Self { port: port.to_string(), bit_rate: None, data_bit_rate: None, baud: None }
+        let port = port.to_string();
+        let absolute = port.split_once(':').and_then(|(kind, path)| {
+            let path = std::path::absolute(path).ok().filter(|_| path.contains('/'))?;
+            Some(format!("{kind}:{}", path.display()))
+        });
+        let port = absolute.unwrap_or(port);
+        Self { port, bit_rate: None, data_bit_rate: None, baud: None }
     }
 
     pub(crate) fn with_rates(self, rates: BitRates) -> Self {
@@ -133,6 +139,14 @@ mod tests {
     fn lines_are_told_by_name() {
         let told = r#"{"can0":{"port":"slcan:/dev/pts/4","bit_rate":250000}}"#;
         assert_eq!(document(&places()), told);
+    }
+
+    #[test]
+    fn a_path_is_told_as_from_anywhere() {
+        let here = std::env::current_dir().unwrap();
+        let port = |said: &str| Place::of_port(said).port;
+        assert_eq!(port("slcan:./can.pty"), format!("slcan:{}", here.join("can.pty").display()));
+        assert_eq!(port("can:can0"), "can:can0");
     }
 
     #[test]

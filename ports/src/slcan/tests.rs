@@ -270,6 +270,6 @@ fn the_rest_of_a_line_that_was_torn_goes_before_the_next() {
     assert!(!send(&mut lines, 0, &mut crossed, b"t2000\r"));
     assert!(!send(&mut lines, 1, &mut crossed, b"t3000\r"));
     assert!(send(&mut lines, 6, &mut crossed, b"t4000\r"));
-    assert!(send(&mut lines, 7, &mut crossed, b"t5000\r"));
+    assert!(send(&mut lines, 8, &mut crossed, b"t5000\r"));
     assert_eq!(crossed, b"t1000\rt4000\rt5000\r");
 }

@@ -6,6 +6,8 @@ The same call works in a program under test in virtual time, in one on a bench, 
 What it gives is python-can's own bus of whatever carries the line: SocketCAN, or an adapter that speaks SLCAN.
 """
 
+import os
+
 import can
 from can.interfaces.slcan import slcanBus
 
@@ -29,7 +31,7 @@ class HilBus:
             if line.bit_rate in slcanBus._BITRATES:
                 options.setdefault("bitrate", line.bit_rate)
             # A pty has no bootloader that it could wait for.
-            if line.path.startswith("/dev/pts/"):
+            if os.path.realpath(line.path).startswith("/dev/pts/"):
                 options.setdefault("sleep_after_open", 0)
             return can.Bus(interface="slcan", channel=line.path, ignore_config=True, **options)
         raise can.CanInitializationError(f"{line.name} is a serial line, at {line.path}")

@@ -57,7 +57,9 @@ def line(name: str, pid: int | None = None) -> Line:
         return next(iter(found.values()))
     if found:
         raise NoLine(f"several rigs have a line {name!r}: give pid, one of {', '.join(map(str, found))}")
-    there = sorted({other for lines in runs.values() for other in lines})
+    if pid is not None and pid not in runs:
+        raise NoLine(f"process {pid} runs no rig on this machine")
+    there = sorted({other for at, lines in runs.items() for other in lines if pid in (None, at)})
     known = f"lines that are there: {', '.join(there)}" if there else "no rig runs on this machine"
     raise NoLine(f"no line {name!r} is to be found; {known}")
 

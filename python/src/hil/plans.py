@@ -103,7 +103,7 @@ class PlanItem(pytest.Item):
         if made.status not in JUDGED:
             why = str(made)
             if self.parent.is_told:
-                why = why.partition("\n")[0]
+                why = made.reason or why.partition("\n")[0]
             self.parent.is_told = True
             pytest.fail(why, pytrace=False)
 

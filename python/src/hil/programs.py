@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import signal
+import subprocess
 import sysconfig
 from pathlib import Path
 
@@ -15,3 +17,16 @@ def program() -> str:
         where = f"HIL={named}" if named else f"{beside} and PATH"
         raise FileNotFoundError(f"no program hil: {where}")
     return found
+
+
+def started(command: list[str], **rest) -> subprocess.Popen:
+    """Starts a command that Ctrl-C does not reach.
+
+    A terminal sends it to the command as well, which would end before this process has closed what it uses of it. Whoever starts
+    the command ends it.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return subprocess.Popen(command, **rest)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

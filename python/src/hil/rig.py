@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 from hil import lines
-from hil.programs import program
+from hil.programs import program, started
 
 
 class RigError(RuntimeError):
@@ -28,9 +28,8 @@ class Rig:
         pipe = subprocess.PIPE
         words, count = _words(Path(path), ports or {})
         command = [program(), "emulate", *words, "--seed", str(seed)]
-        self._process = subprocess.Popen(
-            command, stdin=pipe, stdout=pipe, stderr=self._warnings, text=True, encoding="utf-8"
-        )
+        streams = {"stdin": pipe, "stdout": pipe, "stderr": self._warnings}
+        self._process = started(command, **streams, text=True, encoding="utf-8")
         #: By name.
         self.lines: dict[str, lines.Line] = {}
         try:
@@ -55,8 +54,8 @@ class Rig:
         except OSError as error:
             raise RigError(f"the rig has ended: {self._said()}") from error
         answer = self._line()
-        if "error" in answer:
-            raise RigError(answer["error"])
+        if "ok" not in answer:
+            raise RigError(answer.get("error") or f"the rig has ended: {self._said()}")
         return answer["ok"]
 
     @property

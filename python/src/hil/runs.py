@@ -5,7 +5,7 @@ import subprocess
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from hil.programs import program
+from hil.programs import program, started
 
 #: What `hil run` exits with where the bench and the plan were in order: passed, failed.
 JUDGED = (0, 1)
@@ -126,7 +126,7 @@ class Run:
     @property
     def outcome(self) -> str:
         """``passed``, ``failed``, ``error``, ``timeout`` or ``aborted``; ``bad input`` where it never began."""
-        return self.summary.get("outcome", "bad input")
+        return self.summary.get("outcome", "bad input" if self.status == BAD_INPUT else "error")
 
     @property
     def reason(self) -> str | None:
@@ -137,10 +137,14 @@ class Run:
         return self.folder / "report.html"
 
     def __str__(self) -> str:
-        return self.printed.strip() or f"{self.outcome}, in {self.folder}"
+        return self.printed.strip() or f"{self.outcome}, exit status {self.status}, in {self.folder}"
 
-    # What `assert done.passed, done` shows.
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        """What `assert done.passed, done` shows, of which pytest cuts out the middle: outcome and reasons."""
+        rows = [*self.measurements.values(), *self.properties.values()]
+        broken = [str(row) for row in rows if not row.passed and row.not_judged is None]
+        said = [self.reason] if self.reason else broken or [str(self)]
+        return f"{self.outcome}: {'; '.join(said)}"
 
 
 def run(plan, out, *, seed=None, clock=None, bench=None, arguments=()) -> Run:
@@ -151,8 +155,23 @@ def run(plan, out, *, seed=None, clock=None, bench=None, arguments=()) -> Run:
             command += [option, str(value)]
     command += map(str, arguments)
     stdout, stderr = subprocess.PIPE, subprocess.STDOUT
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, text=True)
-    return Run(Path(out), done.returncode, done.stdout)
+    process = started(command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, text=True)
+    return Run(Path(out), *_ended(process))
+
+
+def _ended(process: subprocess.Popen) -> tuple[int, str]:
+    """Its status and what it printed. Ctrl-C makes it end in order, with its `finally`; again, at once."""
+    interrupted = None
+    while True:
+        try:
+            printed, _ = process.communicate()
+        except KeyboardInterrupt as error:
+            interrupted = error
+            process.terminate()
+            continue
+        if interrupted is not None:
+            raise interrupted
+        return process.returncode, printed
 
 
 def _figure(value: float, *limits: float | None) -> str:

@@ -4,8 +4,10 @@ use super::python_package::python_path;
 use super::rig::{file, python_with, shown};
 use skips::in_time;
 use std::fs;
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 use tempfile::TempDir;
 
 /// A copy of the example, and the place of the installed package.
@@ -36,6 +38,10 @@ impl Project {
     }
 
     fn pytest(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
         let python_path = python_path(&self.path("site")).unwrap();
         // Programs under test are started as `python3`.
         let known = std::env::var_os("PATH").unwrap_or_default();
@@ -46,7 +52,7 @@ impl Project {
         command.current_dir(&self.folder).env("HIL", env!("CARGO_BIN_EXE_hil"));
         command.env("PYTHONPATH", python_path).env("PATH", std::env::join_paths(path).unwrap());
         command.env("PYTHONDONTWRITEBYTECODE", "1").env_remove("HIL_LINES");
-        command.output().unwrap()
+        command
     }
 }
 
@@ -114,6 +120,27 @@ fn a_verdict_that_fails_fails_its_test_and_no_other() {
     let output = self::shown(&project.pytest(&["test_seeds.py"]));
     assert!(output.contains("3 failed") && output.contains("AssertionError: settle"), "{output}");
     assert!(output.contains("2 passed, 1 failed") && !output.contains("Run object at"), "{output}");
+}
+
+/// A terminal sends Ctrl-C to all that runs in it, an editor to pytest alone. The run still sends its `finally` and leaves
+/// its files.
+#[test]
+fn ctrl_c_ends_the_run_in_order() {
+    use rustix::process::{Pid, Signal, kill_process, kill_process_group};
+    for interrupt in [kill_process_group, kill_process] {
+        let Some(project) = Project::new() else { return };
+        let mut command = project.command(&["plans/settles.toml", "--hil-clock", "real"]);
+        let child = command.process_group(0).stdout(Stdio::piped()).spawn().unwrap();
+        let run = project.path("runs/settles-seed1");
+        while !run.join("record.hilrec").exists() {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        interrupt(Pid::from_child(&child), Signal::INT).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", shown(&output));
+        let summary = fs::read_to_string(run.join("summary.json")).unwrap();
+        assert!(summary.contains(r#""outcome": "aborted""#), "{summary}");
+    }
 }
 
 #[test]
