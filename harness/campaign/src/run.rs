@@ -60,6 +60,8 @@ pub struct Tally {
     pub nearest: BTreeMap<String, (f64, u64)>,
     /// Number of cases that put each always-property to the test: that had something to judge, and asked for something.
     pub tested: BTreeMap<String, u64>,
+    /// Number of cases in which each always-property had nothing to judge, and why in the first of them.
+    pub unjudged: BTreeMap<String, (u64, String)>,
 }
 
 /// Result of a campaign.
@@ -159,6 +161,11 @@ impl Tally {
         untested.map(|(property, _)| property.as_str())
     }
 
+    /// Number of cases that could have broken the property: in the others it had nothing to judge.
+    pub fn judged(&self, property: &str) -> u64 {
+        self.cases - self.unjudged.get(property).map_or(0, |(times, _)| *times)
+    }
+
     /// Counts one more case, with whatever is known of it.
     pub fn count(&mut self, number: u64, result: &CaseResult) {
         self.cases += 1;
@@ -173,6 +180,9 @@ impl Tally {
         }
         for state in &result.reached {
             *self.reached.entry(state.clone()).or_default() += 1;
+        }
+        for (property, why) in &result.never_judged {
+            self.unjudged.entry(property.clone()).or_insert_with(|| (0, why.clone())).0 += 1;
         }
         for property in result.never_judged.keys().chain(&result.never_asked) {
             self.tested.entry(property.clone()).or_default();
@@ -247,6 +257,7 @@ mod tests {
         let outcomes = [("error", 1), ("failed", 3), ("passed", 1)];
         assert_eq!(tally.outcomes, outcomes.map(|(name, times)| (name.to_owned(), times)).into());
         assert_eq!(tally.passed, 1);
+        assert_eq!((tally.judged("held"), tally.judged("other")), (4, 5));
     }
 
     fn broken(property: &str) -> Violated {

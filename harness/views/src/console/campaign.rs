@@ -56,7 +56,7 @@ pub fn campaign_table(
             let times = tally.broken.get(property).map_or(0, |(times, _)| *times);
             let cells = [
                 in_cell(property),
-                format!("{times} of {}", tally.cases),
+                format!("{times} of {}", tally.judged(property)),
                 figures::least_margin(*margin).unwrap_or_else(|| "-".to_owned()),
                 number.to_string(),
             ];
@@ -64,7 +64,7 @@ pub fn campaign_table(
         }
         for (property, (times, number)) in &tally.broken {
             if !tally.nearest.contains_key(property) {
-                let of = format!("{times} of {}", tally.cases);
+                let of = format!("{times} of {}", tally.judged(property));
                 let cells = [in_cell(property), of, "-".to_owned(), number.to_string()];
                 table.add_row(cells.map(Cell::new));
             }
@@ -114,6 +114,10 @@ pub fn campaign_table(
             text,
             "\n{property}: broke once in {times} case{s}, but not often enough in the repetitions\n"
         );
+    }
+    for (property, (times, why)) in &tally.unjudged {
+        let (property, cases) = (printable(property), figures::counted(*times, "case", "cases"));
+        let _ = write!(text, "\n{property}: nothing to judge in {cases}, as in the first: {why}\n");
     }
     for property in tally.untested() {
         let _ = write!(text, "\n{}: no case put it to the test\n", printable(property));
@@ -166,6 +170,7 @@ pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_
         "never": done.never,
         "missed": done.missed,
         "untested": tally.untested().collect::<Vec<_>>(),
+        "unjudged": tally.unjudged,
         "found": found,
         "unconfirmed": tally.unconfirmed,
         "not_judged": again.map(|again| {
@@ -306,7 +311,8 @@ pub(crate) mod tests {
                 ("echoed".to_owned(), (0.0, 6)),
             ]
             .into(),
-            tested: [("within_limits".to_owned(), 100), ("opens".to_owned(), 0)].into(),
+            tested: [("within_limits".to_owned(), 95), ("opens".to_owned(), 0)].into(),
+            unjudged: [("within_limits".to_owned(), (5, "no value of Level".to_owned()))].into(),
             ..Tally::default()
         };
         let found = Found {

@@ -72,7 +72,14 @@ pub fn campaign(
             let mut held = case(property, TestCaseStatus::success());
             let margin = figures::least_margin(*margin);
             let margin = margin.map(|margin| format!("; least margin {margin} of its limit"));
-            held.set_system_out(format!("held{}", margin.unwrap_or_default()));
+            let times = tally.unjudged.get(property).map(|(times, why)| {
+                format!(
+                    "; nothing to judge in {}: {why}",
+                    figures::counted(*times, "case", "cases")
+                )
+            });
+            let [margin, times] = [margin, times].map(Option::unwrap_or_default);
+            held.set_system_out(format!("held{margin}{times}"));
             suite.add_test_case(held);
         }
     }

@@ -40,6 +40,7 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
     let nearest = tally.nearest.get(name).filter(|(margin, _)| margin.is_finite());
     let margin = nearest.and_then(|(margin, _)| figures::least_margin(*margin));
     let unconfirmed = tally.unconfirmed.get(name);
+    let judged = tally.judged(name);
     html! {
         tr.(if times > 0 { "fail" } else { "pass" }) {
             td {
@@ -47,15 +48,18 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
                 @if let Some(times) = unconfirmed {
                     div.small { "broke once in " (times) " more cases, but not often enough in the repetitions" }
                 }
+                @if let Some((times, why)) = tally.unjudged.get(name) {
+                    div.small { "nothing to judge in " (figures::counted(*times, "more case", "more cases")) ": " (why) }
+                }
             }
             td { span.verdict { (if times > 0 { "broken" } else { "held" }) } }
             td.number {
-                (grouped(times)) " of " (grouped(tally.cases))
-                @if let Some(interval) = wilson(times, tally.cases, Z_95) {
+                (grouped(times)) " of " (grouped(judged))
+                @if let Some(interval) = wilson(times, judged, Z_95) {
                     div.small { (interval.percent()) }
                 }
             }
-            td { (bar(times, tally.cases, "fault")) }
+            td { (bar(times, judged, "fault")) }
             td.number { (margin.unwrap_or_else(|| "-".to_owned())) }
             td.number { (nearest.map_or(first, |(_, number)| *number)) }
         }
