@@ -88,7 +88,7 @@ typedef struct {
 static const Callbacks *callbacks;
 
 static void log_two(void *environment, int status, const char *what) {
-    callbacks->logger(environment, "oven", status, "logStatusError", what);
+    callbacks->logger(environment, "oven", status, "logStatusError", "%s", what);
 }
 
 const char *fmi2GetTypesPlatform(void) { return "default"; }

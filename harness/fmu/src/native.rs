@@ -54,6 +54,8 @@ struct Stepped {
 trait Calls: fmt::Debug + Send + Sync {
     /// The prefix of their names.
     fn prefix(&self) -> &'static str;
+    /// The type of a variable in the names of functions.
+    fn type_name(&self, kind: Kind) -> String;
     unsafe fn instantiate(&self, token: &CStr, resources: &Path, log: &Arc<Log>) -> Component;
     unsafe fn enter_initialization(&self, component: Component) -> Status;
     unsafe fn exit_initialization(&self, component: Component) -> Status;
@@ -296,8 +298,8 @@ impl FmuInstance for Instance {
 impl Instance {
     fn about(&self, variable: usize, error: &str) -> String {
         let variable = &self.model.variables[variable];
-        let (kind, name) = (variable.kind, &variable.public.name);
-        error.replacen("et returned", &format!("et{kind:?} of `{name}` returned"), 1)
+        let (kind, name) = (self.calls().type_name(variable.kind), &variable.public.name);
+        error.replacen("et returned", &format!("et{kind} of `{name}` returned"), 1)
     }
 }
 

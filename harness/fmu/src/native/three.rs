@@ -101,6 +101,10 @@ impl Calls for Functions {
         "fmi3"
     }
 
+    fn type_name(&self, kind: Kind) -> String {
+        format!("{kind:?}")
+    }
+
     unsafe fn instantiate(&self, token: &CStr, resources: &Path, log: &Arc<Log>) -> Component {
         let mut path = resources.as_os_str().as_bytes().to_vec();
         path.push(b'/');

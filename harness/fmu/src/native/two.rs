@@ -14,10 +14,24 @@ const TRUE: c_int = 1;
 /// What stays as it is in the path of a URI.
 const PATH: &AsciiSet = &NON_ALPHANUMERIC.remove(b'/').remove(b'-').remove(b'.').remove(b'_');
 
+type Logger =
+    unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+
+unsafe extern "C" {
+    /// Formats the message and passes it to [`log`].
+    fn hil_fmi2_logger(
+        environment: *mut c_void,
+        instance: *const c_char,
+        status: c_int,
+        category: *const c_char,
+        format: *const c_char,
+        ...
+    );
+}
+
 #[repr(C)]
 struct Callbacks {
-    // In the standard it takes any number of arguments more, which one that reads none of them need not know.
-    logger: unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char),
+    logger: Logger,
     allocate: unsafe extern "C" fn(usize, usize) -> *mut c_void,
     free: unsafe extern "C" fn(*mut c_void),
     step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
@@ -56,14 +70,10 @@ functions! {
     do_step: c"fmi2DoStep", DoStep;
 }
 
-unsafe extern "C" fn logger(
-    environment: *mut c_void,
-    _instance: *const c_char,
-    status: c_int,
-    _category: *const c_char,
-    message: *const c_char,
-) {
-    // SAFETY: the environment is that of the callbacks, and a library passes texts.
+/// Takes a message of the logger.
+#[unsafe(export_name = "hil_fmi2_log")]
+unsafe extern "C" fn log(environment: *mut c_void, status: c_int, message: *const c_char) {
+    // SAFETY: the environment is that of the callbacks, and the logger passes a text.
     unsafe { Log::keep(environment, Status(status), message) }
 }
 
@@ -77,11 +87,20 @@ impl Calls for Functions {
         "fmi2"
     }
 
+    fn type_name(&self, kind: Kind) -> String {
+        let name = match kind {
+            Kind::Float64 => "Real",
+            Kind::Boolean => "Boolean",
+            _ => "Integer",
+        };
+        name.to_owned()
+    }
+
     unsafe fn instantiate(&self, token: &CStr, resources: &Path, log: &Arc<Log>) -> Component {
         let resources = utf8_percent_encode(&resources.to_string_lossy(), PATH).to_string();
         let resources = CString::new(format!("file://{resources}")).unwrap_or_default();
         let callbacks = Callbacks {
-            logger,
+            logger: hil_fmi2_logger,
             allocate: libc::calloc,
             free: libc::free,
             step_finished: None,
