@@ -6,6 +6,7 @@
 use super::dictionary::{APPLICATION, Dictionary, Entry, Kind};
 use super::objects::ERROR_HISTORY;
 use crate::error::FileError;
+use crate::expression::is_reserved;
 use crate::layout::{Coding, Note, Scale};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -61,7 +62,8 @@ pub(super) fn dictionary(file: &str, text: &str, node_id: u8) -> Result<Dictiona
     reader.entries.sort_by_key(|entry| (entry.index, entry.sub));
     let mut names = BTreeSet::new();
     for entry in &mut reader.entries {
-        if entry.index >= APPLICATION && !names.insert(entry.name.clone()) {
+        let is_free = !is_reserved(&entry.name) && names.insert(entry.name.clone());
+        if entry.index >= APPLICATION && !is_free {
             entry.name = format!("{}_{:04x}sub{:x}", entry.name, entry.index, entry.sub);
             names.insert(entry.name.clone());
         }

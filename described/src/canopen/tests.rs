@@ -433,6 +433,14 @@ fn what_the_history_of_errors_does_not_hold_cannot_be_read() {
 }
 
 #[test]
+fn an_object_with_the_name_of_a_function_is_called_by_its_index() {
+    let least = "[2001]\nParameterName=Min\nDataType=7\nAccessType=rw\n";
+    let found = described(DRIVE, &format!("{EDS}\n{least}")).unwrap();
+    let dictionary = found.layout().dictionary().unwrap();
+    assert_eq!(dictionary.find(0x2001, 0).unwrap().name(), "min_2001sub0");
+}
+
+#[test]
 fn a_lost_heartbeat_is_forgotten_with_the_order_to_await_it() {
     let mut bus = Bus::new();
     bus.write((0x1016, 1), &0x0007_0064u32.to_le_bytes()).unwrap();
