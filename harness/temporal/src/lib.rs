@@ -30,6 +30,7 @@
 //! product     = factor { ( "*" | "/" ) factor }
 //! factor      = "-" factor | number [ unit ] | signal | "(" formula ")"
 //!             | "abs(" sum ")" | "min(" sum { "," sum } ")" | "max(" sum { "," sum } ")"
+//!             | "bit_and(" sum { "," sum } ")"             bits: bit_and(Status, 0x6F) == 0x27
 //!             | "rises(" formula ")" | "falls(" formula ")" | "changes(" sum ")"
 //! window      = "[" time "," time "]"                      the nearer end first
 //! time        = number ( "ns" | "us" | "ms" | "s" | "min" | "h" ) | "0"

@@ -21,6 +21,8 @@ pub(crate) enum Binary {
     Divide,
     Min,
     Max,
+    /// Of the bits of whole numbers below 2^53, where a double has no gaps; NaN for others.
+    BitAnd,
 }
 
 impl Number {
@@ -91,6 +93,9 @@ impl Binary {
         if is_unbounded {
             return (f64::NEG_INFINITY, f64::INFINITY);
         }
+        if self == Self::BitAnd {
+            return (0.0, b.min(d).max(0.0));
+        }
         let least = corners.iter().copied().fold(f64::INFINITY, f64::min);
         (least, corners.iter().copied().fold(f64::NEG_INFINITY, f64::max))
     }
@@ -105,6 +110,12 @@ impl Binary {
             Self::Min | Self::Max if a.is_nan() || b.is_nan() => f64::NAN,
             Self::Min => a.min(b),
             Self::Max => a.max(b),
+            Self::BitAnd => {
+                const WHOLE: u64 = 1 << f64::MANTISSA_DIGITS;
+                let bits =
+                    |x: f64| (x >= 0.0 && x < WHOLE as f64 && x % 1.0 == 0.0).then_some(x as u64);
+                bits(a).zip(bits(b)).map_or(f64::NAN, |(a, b)| (a & b) as f64)
+            }
         }
     }
 }
@@ -113,4 +124,20 @@ impl Binary {
 fn scale(value: f64, factor: f64, tens: i32) -> f64 {
     let value = value * factor;
     if tens < 0 { value / 10f64.powi(-tens) } else { value * 10f64.powi(tens) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Binary;
+
+    #[test]
+    fn bits_are_those_of_whole_numbers() {
+        let and = |a: f64, b: f64| Binary::BitAnd.apply(a, b);
+        assert_eq!(and(592.0, 0x6F as f64), 64.0);
+        assert_eq!(and(9_007_199_254_740_991.0, 7.0), 7.0);
+        for a in [-1.0, 0.5, f64::NAN, f64::INFINITY, 9_007_199_254_740_992.0] {
+            assert!(and(a, 1.0).is_nan(), "{a}");
+        }
+        assert_eq!(Binary::BitAnd.range((-5.0, 300.0), (111.0, 111.0)), (0.0, 111.0));
+    }
 }

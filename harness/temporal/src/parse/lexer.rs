@@ -28,7 +28,7 @@ const ELSEWHERE: [(&str, &str); 6] =
     [("=>", "->"), ("<>", "!="), ("=", "=="), ("&", "and"), ("|", "or"), ("~", "not")];
 
 /// Names reserved for other uses than signals.
-pub(super) const KEYWORDS: [&str; 17] = [
+pub(super) const KEYWORDS: [&str; 18] = [
     "and",
     "or",
     "not",
@@ -46,6 +46,7 @@ pub(super) const KEYWORDS: [&str; 17] = [
     "abs",
     "min",
     "max",
+    "bit_and",
 ];
 
 /// The token at `from`, after white space, and its position.
@@ -54,6 +55,15 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
     let start = from + (rest.len() - rest.trim_start().len());
     let rest = rest.trim_start();
     let Some(first) = rest.chars().next() else { return Ok((Token::End, start..start)) };
+    if let Some(digits) = rest.strip_prefix("0x") {
+        let length = digits.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(digits.len());
+        let at = start..start + "0x".len() + length;
+        let mistake = || {
+            Mistake::new(at.clone(), format!("`{}` is not a hexadecimal number", &text[at.clone()]))
+        };
+        let number = u64::from_str_radix(&digits[..length], 16).map_err(|_| mistake())?;
+        return Ok((Token::Number(number as f64), at));
+    }
     if first.is_ascii_digit() || first == '.' {
         let at = start..start + number_length(rest.as_bytes());
         let word = &text[at.clone()];

@@ -153,7 +153,9 @@ impl Parser<'_> {
                 let what = What::Named(name.to_owned());
                 Ok(Part { what, at, bare: None, is_open: false })
             }
-            Token::Name(name @ ("abs" | "min" | "max" | "rises" | "falls" | "changes")) => {
+            Token::Name(
+                name @ ("abs" | "min" | "max" | "bit_and" | "rises" | "falls" | "changes"),
+            ) => {
                 self.advance()?;
                 if !self.is_symbol("(") {
                     return Err(self.unexpected("`(`").help(format!("write `{name}(...)`")));
@@ -176,16 +178,21 @@ impl Parser<'_> {
             return Ok(Part::condition(Condition::Rises(of), start..self.end));
         }
         let mut count = 1;
-        while self.is_symbol(",") && name != "abs" && name != "changes" {
+        let binary = match name {
+            "min" => Some(Binary::Min),
+            "max" => Some(Binary::Max),
+            "bit_and" => Some(Binary::BitAnd),
+            _ => None,
+        };
+        while let Some(binary) = binary.filter(|_| self.is_symbol(",")) {
             self.advance()?;
-            let binary = if name == "min" { Binary::Min } else { Binary::Max };
             let right = self.sum()?;
             part = self.computed(binary, part, right, name)?;
             count += 1;
         }
         self.expect(")")?;
         let at = start..self.end;
-        if count == 1 && (name == "min" || name == "max") {
+        if count == 1 && binary.is_some() {
             let mistake = Mistake::new(at, format!("`{name}` takes two numbers or more"));
             return Err(mistake.help(format!("write `{name}(a, b)`")));
         }

@@ -49,3 +49,12 @@ fn formula(text: &str) -> Formula {
 fn at(nanos: i64) -> Timestamp {
     Timestamp::from_nanos(nanos)
 }
+
+#[test]
+fn bits_and_hexadecimal_numbers_are_read() {
+    formula("bit_and(Count, 0x6F) == 0x27");
+    formula("0x1F <= Count");
+    assert_eq!(read("Count == 0x").unwrap_err().to_string(), "`0x` is not a hexadecimal number");
+    let one = read("bit_and(Count) == 1").unwrap_err().to_string();
+    assert_eq!(one, "`bit_and` takes two numbers or more");
+}
