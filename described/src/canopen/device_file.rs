@@ -6,7 +6,7 @@ use crate::error::{FileError, Mistake};
 use crate::file::{File, Formula, StateTable};
 use crate::files::Files;
 use crate::hint;
-use crate::layout::{Layout, Scale};
+use crate::layout::{Layout, Scale, Sender};
 use crate::place::{Place, given};
 use std::sync::Arc;
 
@@ -60,12 +60,23 @@ pub(crate) fn layout(
         })?;
     }
     let dictionary = Arc::new(dictionary);
-    messages::layout(&dictionary).map_err(|(index, sub, why)| {
+    let layout = messages::layout(&dictionary).map_err(|(index, sub, why)| {
         let at = dictionary.find(index, sub).or_else(|_| dictionary.find(index, 0));
         let at = at.map_or(0..0, |entry| entry.at.clone());
         let message = format!("[{index:04X}sub{sub:X}] {why}");
         FileError::new(name, &eds, at, message)
-    })
+    })?;
+    let is_sent = |name: &String| {
+        let mut sent = layout.messages().iter().filter(|message| message.sender == Sender::Device);
+        sent.any(|message| message.name == *name)
+    };
+    if let Some(name) = said.message.rules().into_keys().find(is_sent) {
+        let at = place.key("message").key(&name).name();
+        let message = "a CANopen device sends its messages as its objects say";
+        let help = "when it sends a PDO is in the objects from 1800h on of its `eds`";
+        return Err(located(Mistake::new(at, message).help(help)));
+    }
+    Ok(layout)
 }
 
 /// Refuses the keys of a CANopen device in a file without an EDS.

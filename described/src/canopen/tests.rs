@@ -256,6 +256,7 @@ fn mistakes_have_a_place_in_the_device_file_or_the_eds() {
         swap("node_id = 5", "node_id = 128"),
         swap("node_id = 5", ""),
         swap("node_id = 5", "node_id = 5\ndbc = \"x.dbc\""),
+        swap("node_id = 5", "node_id = 5\n[message.TPDO1]\nperiod_s = 0.25"),
         swap("DefaultValue=0x60640020", "DefaultValue=0x60990020"),
         swap("DefaultValue=0x60640020", "DefaultValue=0x60640010"),
         swap("DefaultValue=0x60410010", "DefaultValue=0x60400110"),

@@ -104,7 +104,7 @@ pub fn model_description(description: &Description, version: Version, token: &st
 }
 
 fn element(place: usize, variable: &Variable, version: Version) -> String {
-    let Variable { name, role, start, unit, doc } = variable;
+    let Variable { name, role, start, range, unit, doc } = variable;
     let (causality, variability) = match role {
         Role::Time => ("independent", "continuous"),
         Role::Seed => ("parameter", "fixed"),
@@ -126,6 +126,11 @@ fn element(place: usize, variable: &Variable, version: Version) -> String {
         Role::Seed | Role::Parameter => {
             common.push_str(" initial=\"exact\"");
             _ = write!(own, " start=\"{start}\"");
+        }
+    }
+    for (key, limit) in [("min", range.0), ("max", range.1)] {
+        if limit.is_finite() {
+            _ = write!(own, " {key}=\"{limit}\"");
         }
     }
     if !unit.is_empty() {

@@ -9,6 +9,8 @@ pub struct Variable {
     pub role: Role,
     /// Value at the start, except for outputs.
     pub start: f64,
+    /// Smallest and largest value that can be set; infinite without a limit.
+    pub range: (f64, f64),
     pub unit: String,
     pub doc: String,
 }
@@ -31,6 +33,7 @@ pub fn variables(description: &Description) -> Vec<Variable> {
         name: name.to_owned(),
         role,
         start,
+        range: (f64::NEG_INFINITY, f64::INFINITY),
         unit: String::new(),
         doc: doc.to_owned(),
     };
@@ -40,6 +43,7 @@ pub fn variables(description: &Description) -> Vec<Variable> {
     ];
     all.extend(description.parameters().map(|(name, value, unit)| Variable {
         unit: unit.to_owned(),
+        range: description.range(name).unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
         ..plain(name, Role::Parameter, value, description.doc(name).unwrap_or_default())
     }));
     let messages = description.layout().messages();

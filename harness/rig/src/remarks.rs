@@ -91,7 +91,8 @@ impl Rig {
                 .filter_map(|(id, count)| {
                     let other = another(id)?;
                     let (node, id) = (self.lines[other.line].name(other.end), Hex(id));
-                    Some(format!("{who} sent {count} frames with the identifier {id} of {node}"))
+                    let frames = figures::counted(count, "frame", "frames");
+                    Some(format!("{who} sent {frames} with the identifier {id} of {node}"))
                 })
                 .collect();
             if !rest.is_empty() {

@@ -246,6 +246,8 @@ fn imported_again_it_is_the_device() {
 #[test]
 fn a_parameter_changes_in_a_run_and_has_its_range() {
     let folder = exported(Version::Three);
+    let xml = model_description(&described(TEXT, folder.path()), Version::Two, "{1234}");
+    assert!(xml.contains("start=\"20\" max=\"50\" unit=\"degC\""), "{xml}");
     let description = described(AGAIN, folder.path());
     let mut device = Device::new(Arc::clone(&description), 1);
     let mut other = Device::new(description, 1);
