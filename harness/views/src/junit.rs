@@ -77,7 +77,8 @@ fn suite(summary: &Summary, attachments: &str) -> TestSuite {
     suite.add_test_case(run);
     let cases = summary.measurements.iter().map(|one| case(summary, one, attachments));
     suite.add_test_cases(cases);
-    suite.add_test_cases(summary.properties.iter().map(|judged| property(summary, judged)));
+    let properties = summary.properties.iter();
+    suite.add_test_cases(properties.map(|judged| property(summary, judged, attachments)));
     suite
 }
 
@@ -129,12 +130,14 @@ fn skipped(why: &str) -> TestCaseStatus {
 }
 
 /// A property that was not judged is skipped.
-fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
+fn property(summary: &Summary, property: &PropertySummary, attachments: &str) -> TestCase {
     let status = match &property.not_judged {
         Some(why) => skipped(why),
         None if property.is_broken() => {
             let what = property.what.as_deref().unwrap_or("broken");
-            failure(NonSuccessKind::Failure, "broken", what, what)
+            let at = property.broken_s.map_or(String::new(), |at| format!("at {at:.3} s: "));
+            let text = format!("{at}{what}\nplan {}, seed {}", summary.plan, summary.seed);
+            failure(NonSuccessKind::Failure, "broken", what, &text)
         }
         None => TestCaseStatus::success(),
     };
@@ -145,6 +148,9 @@ fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
     let mut case = named(&name, summary, status);
     if let Some(why) = property.untested() {
         case.set_system_out(format!("held, but was {why}"));
+    }
+    if property.is_broken() && !attachments.is_empty() {
+        case.set_system_out(attachments);
     }
     case
 }

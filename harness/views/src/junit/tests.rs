@@ -31,6 +31,16 @@ fn a_broken_bench_is_an_error() {
 }
 
 #[test]
+fn a_broken_property_names_its_moment_its_seed_and_the_files() {
+    let run = Summary { properties: properties(), ..summary() };
+    let text = document(&run, Some(Path::new(FOLDER))).unwrap();
+    let case = text.split("<testcase ").find(|case| case.contains("stops_on_loss")).unwrap();
+    assert!(case.contains("at 12.500 s: moves 1.20 s after"), "{case}");
+    assert!(case.contains(&format!("seed {}", run.seed)), "{case}");
+    assert!(case.contains("[[ATTACHMENT|"), "{case}");
+}
+
+#[test]
 fn what_no_device_of_the_bench_gives_is_skipped_with_its_reason() {
     let mut run = summary();
     run.measurements.truncate(1);
