@@ -5,7 +5,6 @@ use super::error::{PortError, PortLost};
 use super::pty::PtyPort;
 use super::serial::{SerialEvent, SerialPort};
 use super::spec::PortSpec;
-use std::io;
 use wire::serial::SerialSettings;
 
 /// A port for bytes.
@@ -56,28 +55,6 @@ impl BytePort {
         match self {
             Self::Pty(port) => port.send(bytes),
             Self::Serial(port) => port.send(bytes),
-        }
-    }
-
-    /// Holds the line low, until [`end_break`](Self::end_break).
-    ///
-    /// # Errors
-    /// On a pty, which carries no break; otherwise if the port is gone or its driver has no breaks.
-    pub fn begin_break(&mut self) -> io::Result<()> {
-        match self {
-            Self::Pty(_) => Err(io::ErrorKind::Unsupported.into()),
-            Self::Serial(port) => port.begin_break(),
-        }
-    }
-
-    /// Ends a break.
-    ///
-    /// # Errors
-    /// As [`begin_break`](Self::begin_break).
-    pub fn end_break(&mut self) -> io::Result<()> {
-        match self {
-            Self::Pty(_) => Err(io::ErrorKind::Unsupported.into()),
-            Self::Serial(port) => port.end_break(),
         }
     }
 
@@ -151,7 +128,6 @@ mod tests {
                 assert_eq!((counters.bytes_in, counters.bytes_out), (5, 5));
                 assert!(counters.all_crossed());
             }
-            assert!(here.begin_break().is_err() && there.begin_break().is_ok());
             assert!(here.reopen().await.is_ok());
             drop(here);
             assert!(there.receive().await.is_err());

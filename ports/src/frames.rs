@@ -5,9 +5,7 @@ use super::error::{PortError, PortLost};
 use super::slcan::{SlcanAdapter, SlcanHost};
 use super::spec::PortSpec;
 use super::{Counters, FrameEvent};
-use std::io;
 use wire::can::{BitRates, CanFrame};
-use wire::can_error::CanErrorEvent;
 use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
@@ -80,21 +78,6 @@ impl FramePort {
             Self::Can(port) => port.send(frame),
             Self::SlcanHost(port) => port.send(frame),
             Self::SlcanAdapter(port) => port.send(now, frame),
-        }
-    }
-
-    /// Reports a bus error to the other side, as a real bus would.
-    ///
-    /// # Errors
-    /// On a real bus, whose errors cannot be made up (`Unsupported`); otherwise the system's error.
-    pub fn report(&mut self, event: &CanErrorEvent) -> io::Result<()> {
-        match self {
-            Self::Can(port) => port.report(event),
-            Self::SlcanHost(_) => Err(io::ErrorKind::Unsupported.into()),
-            Self::SlcanAdapter(port) => {
-                port.report(event);
-                Ok(())
-            }
         }
     }
 

@@ -54,12 +54,6 @@ impl Interface {
         }
     }
 
-    /// True for an interface that only carries frames between programs (vcan, vxcan): it has no hardware, and it
-    /// accepts CAN FD frames, unlike the line discipline `slcan`.
-    pub fn is_virtual(&self) -> bool {
-        !self.folder().join("device").exists() && self.takes_fd()
-    }
-
     /// True if it is configured for CAN FD frames.
     pub fn takes_fd(&self) -> bool {
         self.number("mtu").is_some_and(|mtu| mtu >= MTU_FD)

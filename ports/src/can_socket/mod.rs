@@ -20,17 +20,14 @@ use super::watch::watch;
 use super::{Counters, FrameEvent};
 pub use frame::{Heard, from_socket, to_socket};
 use rustix::io::Errno;
-use rustix::net::sockopt::{
-    set_socket_recv_buffer_size, set_socket_recv_buffer_size_force, socket_recv_buffer_size,
-};
-use socketcan::{CanErrorFrame, CanFdSocket, CanRawFrame, Socket as _, SocketOptions as _};
+use rustix::net::sockopt::{set_socket_recv_buffer_size, set_socket_recv_buffer_size_force};
+use socketcan::{CanFdSocket, CanRawFrame, Socket as _, SocketOptions as _};
 use std::io;
 use std::time::Duration;
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use wire::can::CanFrame;
-use wire::can_error::CanErrorEvent;
 
 /// Requested receive buffer, bytes. The kernel doubles it and charges about 800 bytes per frame: room for about
 /// 10,000, which take half a second on a bus at 1 Mbit/s.
@@ -181,22 +178,6 @@ impl CanSocketPort {
         }
     }
 
-    /// Reports a bus error to the other programs on a virtual interface, as its driver would.
-    ///
-    /// # Errors
-    /// If the interface is not virtual: a driver would send this as a frame. Also if the system refuses.
-    pub fn report(&mut self, event: &CanErrorEvent) -> io::Result<()> {
-        if !self.interface.is_virtual() {
-            return Err(io::ErrorKind::Unsupported.into());
-        }
-        let Link::Open(socket) = &self.link else {
-            return Err(io::ErrorKind::NotConnected.into());
-        };
-        let (id, data) = event.encode();
-        let frame = CanErrorFrame::new_error(id, &data).map_err(io::Error::other)?;
-        socket.get_ref().write_frame(&frame)
-    }
-
     /// Closes the socket and opens it again, with growing delays until the interface exists and is up. May be
     /// cancelled, and called again.
     ///
@@ -222,14 +203,6 @@ impl CanSocketPort {
         }
         self.backoff = Backoff::default();
         Err(PortError::given_up(self.interface.name(), last))
-    }
-
-    /// Bytes that the socket holds for frames not received yet, as counted by the kernel. `None` if the port is lost.
-    pub fn receive_buffer(&self) -> Option<usize> {
-        match &self.link {
-            Link::Open(socket) => socket_recv_buffer_size(socket).ok(),
-            Link::Lost(_) => None,
-        }
     }
 
     /// Traffic and losses of the port.

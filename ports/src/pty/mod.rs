@@ -13,9 +13,7 @@ use super::watch::watch;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{
-    OptionalActions, QueueSelector, ioctl_tiocnxcl, tcflush, tcgetattr, tcsetattr,
-};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use tokio::io::Interest;
@@ -127,22 +125,6 @@ impl Pty {
         termios.set_speed(baud).map_err(error)?;
         tcsetattr(&self.slave, OptionalActions::Now, &termios).map_err(error)
     }
-
-    /// Resets the line for the next process: empty, raw, and not claimed any more by a killed process that held the
-    /// port exclusively.
-    ///
-    /// # Errors
-    /// The system's error.
-    pub fn reset(&mut self) -> io::Result<()> {
-        ioctl_tiocnxcl(&self.slave)?;
-        tcflush(&self.slave, QueueSelector::IOFlush)?;
-        // Bytes sent by the other side wait on this side, beyond the reach of its own flush.
-        let mut buffer = [0; 1_024];
-        while self.try_read(&mut buffer)? > 0 {}
-        make_raw(&self.slave)?;
-        self.overrun_bytes = 0;
-        Ok(())
-    }
 }
 
 /// Both sides of a new pty, raw and non-blocking, without an event loop.
@@ -188,7 +170,7 @@ fn make_raw(slave: impl AsFd) -> Result<(), Errno> {
 mod tests {
     use super::Pty;
     use rustix::fs::{Mode, OFlags};
-    use rustix::termios::{OptionalActions, ioctl_tiocexcl, tcgetattr, tcsetattr};
+    use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
     use std::future::Future;
     use std::ops::RangeInclusive;
     use std::os::fd::OwnedFd;
@@ -274,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reset_nothing_of_the_last_process_is_left() {
+    fn the_other_side_sets_the_rate() {
         run(async {
             let mut pty = Pty::open().unwrap();
             let port = opened(&pty);
@@ -284,16 +266,6 @@ mod tests {
             termios.set_speed(115_200).unwrap();
             tcsetattr(&port, OptionalActions::Now, &termios).unwrap();
             assert_eq!(pty.baud().unwrap(), 115_200);
-            ioctl_tiocexcl(&port).unwrap();
-            rustix::io::write(&port, b"old").unwrap();
-            pty.write(&[0; 100_000]);
-            drop(port);
-
-            pty.reset().unwrap();
-            assert_eq!(pty.overrun_bytes(), 0);
-            let (port, mut buffer) = (opened(&pty), [0; 16]);
-            assert_eq!(pty.try_read(&mut buffer).unwrap(), 0);
-            assert_eq!(rustix::io::read(&port, &mut buffer), Err(rustix::io::Errno::AGAIN));
         });
     }
 

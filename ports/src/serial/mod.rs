@@ -17,7 +17,6 @@ use super::backoff::Backoff;
 use super::error::{PortError, PortLost};
 use super::spec::SerialSpec;
 use marks::{Heard, Marks};
-use std::io;
 use tokio::io::AsyncReadExt as _;
 use tokio_serial::SerialStream;
 use wire::packet::Packet;
@@ -141,32 +140,6 @@ impl SerialPort {
         self.counters.overrun_bytes += rest.len() as u64;
         self.counters.bytes_out += taken as u64;
         taken
-    }
-
-    /// Holds the line low, until [`end_break`](Self::end_break). The caller times it: a break is longer than a byte.
-    ///
-    /// # Errors
-    /// If the port is gone or its driver has no breaks.
-    pub fn begin_break(&mut self) -> io::Result<()> {
-        self.with_stream(tokio_serial::SerialPort::set_break)
-    }
-
-    /// Ends a break.
-    ///
-    /// # Errors
-    /// As [`begin_break`](Self::begin_break).
-    pub fn end_break(&mut self) -> io::Result<()> {
-        self.with_stream(tokio_serial::SerialPort::clear_break)
-    }
-
-    fn with_stream(
-        &self,
-        act: impl FnOnce(&SerialStream) -> tokio_serial::Result<()>,
-    ) -> io::Result<()> {
-        match &self.line {
-            Line::Open(stream) => Ok(act(stream)?),
-            Line::Lost(_) => Err(io::ErrorKind::NotConnected.into()),
-        }
     }
 
     /// Closes the port and opens it again, with growing delays until it exists; a USB id also finds it under another

@@ -80,12 +80,10 @@ fn settings_reach_the_terminal() {
         assert!(modes.contains(ControlModes::CSTOPB | ControlModes::CRTSCTS), "{modes:?}");
         drop(port);
 
-        let mut port = opened(&format!("{}?flow=software", far.path()));
+        let _port = opened(&format!("{}?flow=software", far.path()));
         let modes = tcgetattr(&terminal).unwrap().input_modes;
         assert!(modes.contains(InputModes::IXON | InputModes::PARMRK), "{modes:?}");
         assert_eq!(far.baud().unwrap(), 9_600);
-        // A pty carries no breaks, but accepts the calls.
-        port.begin_break().and_then(|()| port.end_break()).unwrap();
     });
 }
 
@@ -129,7 +127,6 @@ fn a_port_that_is_unplugged_is_lost_and_comes_back() {
         assert_eq!(port.receive().await, Err(PortLost::HungUp));
         assert_eq!(port.receive().await, Err(PortLost::HungUp));
         assert_eq!(port.send(b"nowhere"), 0);
-        assert!(port.begin_break().is_err());
 
         // Cancelled repeatedly, it still finds the port once it exists.
         let mut plugged_in = None;

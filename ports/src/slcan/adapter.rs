@@ -7,15 +7,13 @@ use crate::{Counters, FrameEvent};
 use std::collections::VecDeque;
 use std::path::Path;
 use wire::can::CanFrame;
-use wire::can_error::CanErrorEvent;
-use wire::slcan::{Adapter, Channel, Dialect, Identity, TransmitFull};
+use wire::slcan::{Adapter, Channel, Identity, TransmitFull};
 use wire::time::Timestamp;
 
 /// An emulated adapter on a pty. This side is its bus: it receives the frames that the other side sends.
 ///
 /// The other side opens and closes the bus, reported as [`FrameEvent::Up`] and [`FrameEvent::Down`]; it is closed at
-/// first. Bus errors are reported in the lines that the Linux driver understands, and in the status flags that other
-/// programs request.
+/// first.
 #[derive(Debug)]
 pub struct SlcanAdapter {
     pty: PtyPort,
@@ -35,7 +33,7 @@ impl SlcanAdapter {
     pub fn open(link: Option<&Path>) -> Result<Self, PortError> {
         Ok(Self {
             pty: PtyPort::open(link)?,
-            adapter: Adapter::new(Identity::default(), Dialect::Linux),
+            adapter: Adapter::new(Identity::default()),
             lines: Lines::default(),
             events: VecDeque::with_capacity(EVENTS_MAX),
             counters: Counters::default(),
@@ -101,12 +99,6 @@ impl SlcanAdapter {
         } else {
             self.counters.overrun_frames += 1;
         }
-    }
-
-    /// Reports a bus error to the other side, unless the bus is closed.
-    pub fn report(&mut self, event: &CanErrorEvent) {
-        self.adapter.receive_error(event);
-        self.answer();
     }
 
     /// Sends the waiting lines to the other side; `false` if the last of them found no room.

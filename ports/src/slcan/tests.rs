@@ -8,7 +8,7 @@ use crate::{Counters, FrameEvent};
 use std::future::Future;
 use std::time::Duration;
 use wire::can::{CanFrame, ExtendedId, FdFlags, StandardId};
-use wire::can_error::{BusState, CanErrorEvent};
+use wire::can_error::BusState;
 use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
@@ -89,22 +89,23 @@ fn embedded_remote() -> CanFrame {
 #[test]
 fn the_state_of_the_bus_is_told() {
     run(async {
-        let (mut adapter, mut host) = pair().await;
-        for state in [BusState::Warning, BusState::Passive, BusState::BusOff, BusState::Active] {
-            adapter.report(&event(state));
+        let mut far = Pty::open().unwrap();
+        let mut host = SlcanHost::open(&serial(far.path()), BitRate::Kbit500).await.unwrap();
+        for (line, state) in [
+            (b"sw000096\r", BusState::Warning),
+            (b"sp000128\r", BusState::Passive),
+            (b"sb000256\r", BusState::BusOff),
+            (b"sa000000\r", BusState::Active),
+        ] {
+            far.write(line);
             let Ok(FrameEvent::Bus(heard)) = host.receive().await else { panic!("{state}") };
             assert_eq!(heard.bus_state(), Some(state));
         }
-        adapter.report(&CanErrorEvent { no_acknowledgement: true, ..CanErrorEvent::default() });
+        far.write(b"e1a\r");
         let Ok(FrameEvent::Bus(heard)) = host.receive().await else { panic!("no event") };
         assert!(heard.no_acknowledgement);
         assert_eq!(host.counters().error_frames, 5);
     });
-}
-
-fn event(state: BusState) -> CanErrorEvent {
-    let counters = wire::can_error::ErrorCounters { tx: state.least_counter(), rx: 0 };
-    wire::slcan::StateReport { state, counters }.into()
 }
 
 #[test]
@@ -112,7 +113,6 @@ fn a_bus_that_nobody_has_opened_hears_nothing() {
     run(async {
         let mut adapter = SlcanAdapter::open(None).unwrap();
         adapter.send(NOW, &frame(1));
-        adapter.report(&event(BusState::BusOff));
         assert_eq!(adapter.counters().overrun_frames, 1);
         assert_eq!(adapter.counters().bytes_out, 0);
     });

@@ -22,9 +22,6 @@ pub const ERROR_FLAG: u32 = 0x2000_0000;
 /// The classes of an error frame (`CAN_ERR_MASK`).
 const CLASS_MASK: u32 = 0x1FFF_FFFF;
 
-/// Data bytes of an error frame (`CAN_ERR_DLC`).
-pub const ERROR_DATA_BYTES: usize = 8;
-
 const TX_TIMEOUT: u32 = 0x001;
 const LOST_ARBITRATION: u32 = 0x002;
 const CONTROLLER: u32 = 0x004;
@@ -97,36 +94,6 @@ impl CanErrorEvent {
                 .then(|| ErrorCounters { tx: byte(6).into(), rx: byte(7).into() }),
             unknown_classes: classes & !KNOWN,
         }
-    }
-
-    /// Encodes the identifier, including [`ERROR_FLAG`], and the data of the error frame. Error counters above 255 are
-    /// sent as 255.
-    pub fn encode(&self) -> (u32, [u8; ERROR_DATA_BYTES]) {
-        let mut data = [0; ERROR_DATA_BYTES];
-        data[0] = self.lost_arbitration.unwrap_or_default();
-        data[1] = self.controller.unwrap_or_default().bits();
-        let protocol = self.protocol.unwrap_or_default();
-        data[2] = protocol.errors.bits();
-        data[3] = protocol.location.0;
-        data[4] = self.transceiver.unwrap_or_default().0;
-        let counters = self.counters.unwrap_or_default();
-        data[6] = u8::try_from(counters.tx).unwrap_or(u8::MAX);
-        data[7] = u8::try_from(counters.rx).unwrap_or(u8::MAX);
-        let classes = [
-            (TX_TIMEOUT, self.tx_timeout),
-            (LOST_ARBITRATION, self.lost_arbitration.is_some()),
-            (CONTROLLER, self.controller.is_some()),
-            (PROTOCOL, self.protocol.is_some()),
-            (TRANSCEIVER, self.transceiver.is_some()),
-            (NO_ACKNOWLEDGEMENT, self.no_acknowledgement),
-            (BUS_OFF, self.bus_off),
-            (BUS_ERROR, self.bus_error),
-            (RESTARTED, self.restarted),
-            (COUNTERS, self.counters.is_some()),
-        ];
-        let known = classes.into_iter().filter(|(_, present)| *present).map(|(class, _)| class);
-        let unknown = self.unknown_classes & CLASS_MASK & !KNOWN;
-        (known.fold(ERROR_FLAG | unknown, |id, class| id | class), data)
     }
 
     /// The controller's state after this event; `None` if the event does not report it.

@@ -22,18 +22,6 @@ crate::words! {
     }
 }
 
-impl BusState {
-    /// The smallest value of the larger error counter in this state (`linux/can/error.h`).
-    pub const fn least_counter(self) -> u16 {
-        match self {
-            Self::Active => 0,
-            Self::Warning => 96,
-            Self::Passive => 128,
-            Self::BusOff => 256,
-        }
-    }
-}
-
 impl fmt::Display for BusState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())

@@ -2,21 +2,19 @@
 
 use super::decode::{CommandDecoder, LineCounters};
 use super::{
-    Answer, BitRate, BitTiming, BusErrors, Command, ReceivedFrame, StateReport, StatusFlags,
-    TIMESTAMP_WRAP_MS, Text,
+    Answer, BitRate, BitTiming, Command, ReceivedFrame, StatusFlags, TIMESTAMP_WRAP_MS, Text,
 };
 use crate::can::{CanFrame, Id};
-use crate::can_error::{BusState, CanErrorEvent, ControllerProblems};
 use crate::packet::{BYTES_MAX, Packet};
 use crate::time::Timestamp;
 use heapless::Deque;
 
-/// Maximum number of frames and reports waiting for the serial line (assumption: the adapters' queue of 32 frames).
-const REPORT_LINES_MAX: usize = 32;
+/// Maximum number of frames waiting for the serial line (assumption: the adapters' queue of 32 frames).
+const FRAME_LINES_MAX: usize = 32;
 
 /// Maximum number of lines waiting for the serial line: beyond the frames, an answer for every byte of one packet from
 /// the host, so that a busy bus does not block the answer to `C`.
-pub const OUTPUT_LINES_MAX: usize = REPORT_LINES_MAX + BYTES_MAX;
+pub const OUTPUT_LINES_MAX: usize = FRAME_LINES_MAX + BYTES_MAX;
 
 /// Bit timing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,16 +33,6 @@ pub enum Channel {
     Open,
     /// Receives only.
     ListenOnly,
-}
-
-/// How an adapter reports bus errors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Dialect {
-    /// Only in the status flags, as the Lawicel adapters do.
-    #[default]
-    Lawicel,
-    /// Also in unprompted state and error lines, which the Linux driver turns into error frames.
-    Linux,
 }
 
 /// Identification of an adapter.
@@ -84,15 +72,14 @@ pub struct AdapterCounters {
     pub frames_lost: u64,
     /// Frames on the bus while the channel was closed.
     pub frames_unheard: u64,
-    /// Answers and reports lost because the queue was full.
+    /// Answers lost because the queue was full.
     pub answers_lost: u64,
 }
 
 /// An adapter between a serial line and a bus.
 ///
-/// [`Adapter::receive`] takes bytes from the host, [`Adapter::receive_frame`] and [`Adapter::receive_error`] take
-/// frames and errors from the bus; after each of them, call [`Adapter::transmit`] until it returns `None` and send the
-/// lines.
+/// [`Adapter::receive`] takes bytes from the host, [`Adapter::receive_frame`] a frame from the bus; after each of them,
+/// call [`Adapter::transmit`] until it returns `None` and send the lines. Its bus has no errors.
 ///
 /// It answers as the CANUSB manual specifies. Where the manual is silent: opening clears the flags, because the
 /// controller is reset then; an empty line is refused like any other invalid command (assumption).
@@ -106,7 +93,6 @@ pub struct Adapter {
 #[derive(Debug, Clone, Default)]
 struct Core {
     identity: Identity,
-    dialect: Dialect,
     channel: Channel,
     timing: Option<Timing>,
     timestamps: bool,
@@ -117,11 +103,8 @@ struct Core {
 
 impl Adapter {
     /// A closed adapter without a bit rate.
-    pub fn new(identity: Identity, dialect: Dialect) -> Self {
-        Self {
-            decoder: CommandDecoder::default(),
-            core: Core { identity, dialect, ..Core::default() },
-        }
+    pub fn new(identity: Identity) -> Self {
+        Self { decoder: CommandDecoder::default(), core: Core { identity, ..Core::default() } }
     }
 
     /// Takes bytes from the host. Calls `send` for each frame to send, which returns whether the bus has room.
@@ -148,30 +131,12 @@ impl Adapter {
             return;
         }
         let timestamp_ms = core.timestamps.then(|| milliseconds(now));
-        if core.report(&Answer::Frame(ReceivedFrame { frame, timestamp_ms })) {
+        let line = Answer::Frame(ReceivedFrame { frame, timestamp_ms }).encode();
+        if core.output.len() < FRAME_LINES_MAX && core.output.push_back(line).is_ok() {
             core.counters.frames_to_host += 1;
         } else {
             core.status |= StatusFlags::RECEIVE_FIFO_FULL;
             core.counters.frames_lost += 1;
-        }
-    }
-
-    /// Takes an error from the bus.
-    pub fn receive_error(&mut self, event: &CanErrorEvent) {
-        let core = &mut self.core;
-        if core.channel == Channel::Closed {
-            return;
-        }
-        core.status |= status_of(event);
-        if core.dialect == Dialect::Lawicel {
-            return;
-        }
-        let state = StateReport::from_event(event).map(Answer::State);
-        let errors = BusErrors::from_event(event).map(Answer::Errors);
-        for report in [errors, state].into_iter().flatten() {
-            if !core.report(&report) {
-                core.counters.answers_lost += 1;
-            }
         }
     }
 
@@ -267,28 +232,10 @@ impl Core {
             self.counters.answers_lost += 1;
         }
     }
-
-    /// Queues an unprompted line; `false` if there is no room.
-    fn report(&mut self, answer: &Answer) -> bool {
-        self.output.len() < REPORT_LINES_MAX && self.output.push_back(answer.encode()).is_ok()
-    }
 }
 
 /// An adapter's clock: milliseconds that wrap to zero every minute.
 fn milliseconds(now: Timestamp) -> u16 {
     const NANOS_PER_MILLISECOND: i64 = 1_000_000;
     (now.as_nanos() / NANOS_PER_MILLISECOND).rem_euclid(i64::from(TIMESTAMP_WRAP_MS)) as u16
-}
-
-/// The flags that an error sets.
-fn status_of(event: &CanErrorEvent) -> StatusFlags {
-    let controller = event.controller.unwrap_or_default();
-    let state = event.bus_state().unwrap_or(BusState::Active);
-    let mut status = StatusFlags::empty();
-    status.set(StatusFlags::ERROR_WARNING, state >= BusState::Warning);
-    status.set(StatusFlags::ERROR_PASSIVE, state >= BusState::Passive);
-    status.set(StatusFlags::DATA_OVERRUN, controller.contains(ControllerProblems::RX_OVERFLOW));
-    status.set(StatusFlags::ARBITRATION_LOST, event.lost_arbitration.is_some());
-    status.set(StatusFlags::BUS_ERROR, event.bus_error || event.protocol.is_some());
-    status
 }

@@ -52,25 +52,6 @@ impl StateReport {
         let tx = parse_decimal(&[*tx_100, *tx_10, *tx_1])?;
         Some(Self { state, counters: ErrorCounters { tx, rx: parse_decimal(rx)? } })
     }
-
-    /// The state that the event reports; `None` if it reports none. Missing counters are set to the smallest values of
-    /// the state.
-    pub fn from_event(event: &CanErrorEvent) -> Option<Self> {
-        let state = event.bus_state()?;
-        let counters = event.counters.unwrap_or_else(|| {
-            let least = state.least_counter();
-            let problems = event.controller.unwrap_or_default();
-            let received = problems
-                .intersects(ControllerProblems::RX_WARNING | ControllerProblems::RX_PASSIVE);
-            let sent = problems
-                .intersects(ControllerProblems::TX_WARNING | ControllerProblems::TX_PASSIVE);
-            ErrorCounters {
-                tx: if sent || !received { least } else { 0 },
-                rx: if received { least } else { 0 },
-            }
-        });
-        Some(Self { state, counters })
-    }
 }
 
 /// Converts as the Linux driver does: the side with the larger counter is the one with errors. The driver passes on a
@@ -157,26 +138,6 @@ impl BusErrors {
             let (_, error) = LETTERS.into_iter().find(|(known, _)| known == letter)?;
             Some(errors | error)
         })
-    }
-
-    /// The errors that have a letter; `None` if the event reports none.
-    pub fn from_event(event: &CanErrorEvent) -> Option<Self> {
-        let mut errors = Self::empty();
-        let protocol = event.protocol.unwrap_or_default();
-        let controller = event.controller.unwrap_or_default();
-        for (error, present) in [
-            (Self::ACKNOWLEDGEMENT, event.no_acknowledgement),
-            (Self::BIT0, protocol.errors.contains(ProtocolErrors::BIT0)),
-            (Self::BIT1, protocol.errors.contains(ProtocolErrors::BIT1)),
-            (Self::CRC, protocol.location == ProtocolLocation::CRC_SEQUENCE),
-            (Self::FORM, protocol.errors.contains(ProtocolErrors::FORM)),
-            (Self::STUFF, protocol.errors.contains(ProtocolErrors::STUFF)),
-            (Self::RX_OVERRUN, controller.contains(ControllerProblems::RX_OVERFLOW)),
-            (Self::TX_OVERRUN, controller.contains(ControllerProblems::TX_OVERFLOW)),
-        ] {
-            errors.set(error, present);
-        }
-        (!errors.is_empty()).then_some(errors)
     }
 }
 

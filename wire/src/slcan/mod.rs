@@ -42,9 +42,7 @@ mod hex;
 mod line;
 mod text;
 
-pub use adapter::{
-    Adapter, AdapterCounters, Channel, Dialect, Identity, OUTPUT_LINES_MAX, TransmitFull,
-};
+pub use adapter::{Adapter, AdapterCounters, Channel, Identity, OUTPUT_LINES_MAX, TransmitFull};
 pub use answer::{Answer, StatusFlags, parse_answer};
 pub use bit_rate::{BitRate, BitTiming};
 pub use bus_report::{BusErrors, StateReport};

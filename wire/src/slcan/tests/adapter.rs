@@ -1,12 +1,10 @@
 //! An adapter's answers, flags and bounds.
 
 use super::super::{
-    Adapter, Answer, AnswerDecoder, BitRate, Channel, Dialect, Identity, OUTPUT_LINES_MAX,
-    StatusFlags, TransmitFull,
+    Adapter, Answer, AnswerDecoder, BitRate, Channel, OUTPUT_LINES_MAX, StatusFlags, TransmitFull,
 };
 use super::{any_bytes, any_frame, extended, standard};
 use crate::can::CanFrame;
-use crate::can_error::CanErrorEvent;
 use crate::packet::BYTES_MAX;
 use crate::time::{Span, Timestamp};
 use proptest::prelude::*;
@@ -28,8 +26,8 @@ fn ask(adapter: &mut Adapter, line: &str) -> String {
     output(adapter)
 }
 
-fn open(dialect: Dialect) -> Adapter {
-    let mut adapter = Adapter::new(Identity::default(), dialect);
+fn open() -> Adapter {
+    let mut adapter = Adapter::default();
     assert_eq!(ask(&mut adapter, "S6\rO"), r"\r\r");
     adapter
 }
@@ -117,7 +115,7 @@ fn frames_from_the_bus_come_while_it_is_heard() {
 
 #[test]
 fn a_host_that_does_not_read_loses_frames_and_is_told() {
-    let mut adapter = open(Dialect::Lawicel);
+    let mut adapter = open();
     let sent = 2 * OUTPUT_LINES_MAX as u16;
     for id in 0..sent {
         adapter.receive_frame(Timestamp::ZERO, standard(id, &[]));
@@ -136,7 +134,7 @@ fn a_host_that_does_not_read_loses_frames_and_is_told() {
 
 #[test]
 fn a_bus_without_room_refuses_and_is_shown() {
-    let mut adapter = open(Dialect::Lawicel);
+    let mut adapter = open();
     adapter.receive(b"t1230\r", |_| Err(TransmitFull));
     assert_eq!(output(&mut adapter), REFUSED);
     assert_eq!(adapter.status(), StatusFlags::TRANSMIT_FIFO_FULL);
@@ -145,37 +143,8 @@ fn a_bus_without_room_refuses_and_is_shown() {
 }
 
 #[test]
-fn errors_on_the_bus_are_flags_in_one_dialect_and_lines_in_the_other() {
-    for (id, data, lines, flags) in [
-        (0x004, [0, 0x08, 0, 0, 0, 0, 0, 0], r"sw000096\r", "F04"),
-        (0x204, [0, 0x20, 0, 0, 0, 0, 130, 7], r"sp007130\r", "F24"),
-        (0x004, [0, 0x10, 0, 0, 0, 0, 0, 0], r"sp128000\r", "F24"),
-        (0x040, [0; 8], r"sb000256\r", "F24"),
-        (0x100, [0; 8], r"sa000000\r", "F00"),
-        (0x0A8, [0, 0, 0, 0x19, 0, 0, 0, 0], r"e1a\r", "F80"),
-        (0x008, [0, 0, 0x04, 0x0A, 0, 0, 0, 0], r"e1s\r", "F80"),
-        (0x004, [0, 0x01, 0, 0, 0, 0, 0, 0], r"e1o\r", "F08"),
-        (0x08C, [0, 0x22, 0x1A, 0x08, 0, 0, 0, 0], r"e5bBcfO\rsp000128\r", "FA4"),
-        (0x002, [5, 0, 0, 0, 0, 0, 0, 0], "", "F40"),
-        (0x010, [0; 8], "", "F00"),
-    ] {
-        let event = CanErrorEvent::decode(id, &data);
-        for dialect in [Dialect::Lawicel, Dialect::Linux] {
-            let mut adapter = Adapter::new(Identity::default(), dialect);
-            adapter.receive_error(&event);
-            assert_eq!(output(&mut adapter), "", "closed");
-            let mut adapter = open(dialect);
-            adapter.receive_error(&event);
-            let expected = if dialect == Dialect::Linux { lines } else { "" };
-            assert_eq!(output(&mut adapter), expected, "{event}");
-            assert_eq!(ask(&mut adapter, "F"), std::format!(r"{flags}\r"), "{event}");
-        }
-    }
-}
-
-#[test]
 fn a_packet_of_commands_is_answered_whole_behind_a_full_queue() {
-    let mut adapter = open(Dialect::Linux);
+    let mut adapter = open();
     for id in 0..100 {
         adapter.receive_frame(Timestamp::ZERO, standard(id, &[]));
     }
@@ -192,7 +161,6 @@ fn a_packet_of_commands_is_answered_whole_behind_a_full_queue() {
 enum Input {
     Host(Vec<u8>),
     Frame(CanFrame),
-    Error(u32, [u8; 8]),
     Read,
 }
 
@@ -200,7 +168,6 @@ fn any_input() -> impl Strategy<Value = Input> {
     prop_oneof![
         any_bytes().prop_map(Input::Host),
         any_frame().prop_map(Input::Frame),
-        any::<(u32, [u8; 8])>().prop_map(|(id, data)| Input::Error(id, data)),
         Just(Input::Host(b"\rS6\rO\r".to_vec())),
         Just(Input::Read),
     ]
@@ -212,7 +179,7 @@ proptest! {
         inputs in prop::collection::vec(any_input(), 0..60),
         nanos in any::<i64>(),
     ) {
-        let mut adapter = Adapter::new(Identity::default(), Dialect::Linux);
+        let mut adapter = Adapter::default();
         let mut decoder = AnswerDecoder::default();
         let (mut sent, mut frames, mut answers) = (0, 0, 0);
         let mut read = |adapter: &mut Adapter| {
@@ -232,7 +199,6 @@ proptest! {
                 Input::Frame(frame) => {
                     adapter.receive_frame(Timestamp::from_nanos(nanos), *frame);
                 }
-                Input::Error(id, data) => adapter.receive_error(&CanErrorEvent::decode(*id, data)),
                 Input::Read => prop_assert!(read(&mut adapter) <= OUTPUT_LINES_MAX),
             }
         }
