@@ -33,21 +33,16 @@ pub struct Row {
 /// The problem.
 #[derive(Debug, thiserror::Error)]
 pub enum Defect {
-    /// The folder or file does not exist or cannot be read.
     #[error("failed to read it: {0}")]
     Unreadable(#[source] io::Error),
-    /// It exceeds a limit.
     #[error("it holds more than {max} {what}")]
     TooLong {
-        /// The limit.
         max: u64,
         /// The unit of the limit.
         what: &'static str,
     },
-    /// The descriptor is not valid JSON or does not describe a data package.
     #[error("it is no data package: {0}")]
     Json(#[source] serde_json::Error),
-    /// A required property is missing.
     #[error("{0} is missing")]
     NoProperty(&'static str),
     /// A word that the contract does not define.
@@ -55,122 +50,77 @@ pub enum Defect {
     Unknown {
         /// What the word should be.
         what: &'static str,
-        /// The word.
         found: String,
-        /// The valid words.
         known: Vec<&'static str>,
     },
-    /// A unit that does not fit the role.
     #[error("{} is no unit of {}, expected one of {}", shortened(found), role.name(), allowed(*role))]
     WrongUnit {
         /// The unit, as the package states it.
         found: String,
-        /// The role.
         role: Role,
     },
-    /// The type of a field that must contain numbers.
     #[error("type {} cannot be {}, expected number or integer", shortened(found), role.name())]
-    WrongType {
-        /// The type.
-        found: String,
-        /// The role.
-        role: Role,
-    },
-    /// Two fields with the same meaning.
+    WrongType { found: String, role: Role },
     #[error("{} is the role of {other}, too{}", role.name(), if role.has_axes() { "" } else { ", expected one field" })]
     RoleTwice {
-        /// The role.
         role: Role,
         /// The field that has it already.
         other: String,
     },
-    /// Two fields with the same name.
     #[error("two fields have this name")]
     NameTwice,
-    /// A role that the kind requires is missing.
     #[error("data of kind `{}` need a field of role {expected}", kind.name())]
     NoRole {
-        /// The kind.
         kind: Kind,
         /// The role, or the choice of roles.
         expected: String,
     },
-    /// An invalid constant.
     #[error("the constant {0} is not finite")]
     Constant(String),
-    /// A size of nothing, or of less.
     #[error("the constant `{0}` is a size, expected more than zero")]
     Size(String),
-    /// An invalid path.
     #[error("the path {path:?} {why}, expected a file in the folder of the package")]
-    Path {
-        /// The path.
-        path: String,
-        /// Why it is refused.
-        why: &'static str,
-    },
+    Path { path: String, why: &'static str },
     /// A feature of the standard that is not supported.
     #[error("{0}")]
     Unsupported(String),
-    /// Two tables with different fields.
     #[error("its fields are not those of {other}, expected the same names, roles, axes and units")]
     OtherFields {
         /// The file of the first resource.
         other: String,
     },
-    /// An empty file.
     #[error("the file is empty, expected a header row")]
     Empty,
-    /// No row is usable.
     #[error("no row can be used, expected at least one")]
     NoRows,
-    /// A field of the schema that is missing in the header.
     #[error("the header has no such field, expected every field of the schema")]
     NotInHeader,
-    /// A column of the header that is missing in the schema.
     #[error("the schema has no such field, expected every field of the header")]
     NotInSchema,
-    /// A header that seems to have another delimiter.
     #[error("the header seems to have {seen:?} between its fields, expected {used:?}")]
     Delimiter {
         /// The delimiter of the dialect.
         used: char,
-        /// The one that it seems to have.
         seen: char,
     },
-    /// A row with too many or too few cells.
     #[error("found {found} cells, expected {expected} as in the header")]
-    Ragged {
-        /// Actual number.
-        found: usize,
-        /// Expected number.
-        expected: usize,
-    },
-    /// Text in place of a number.
+    Ragged { found: usize, expected: usize },
     #[error("found {:?}, expected a number", shortened(.0))]
     NotANumber(String),
-    /// NaN or infinite.
     #[error("found {:?}, expected a finite number", shortened(.0))]
     NotFinite(String),
-    /// A direction that is neither 1 nor -1.
     #[error("found {0}, expected +1 (counter-clockwise) or -1 (clockwise)")]
     Direction(f64),
-    /// Bytes that are not valid text.
     #[error("found bytes that are no UTF-8, expected text")]
     NotText,
-    /// Time does not increase.
     #[error("time {how} in run {run:?}: {now} after {before}, expected it to grow")]
     Time {
         /// Backwards, or not at all.
         how: &'static str,
-        /// Label of the run.
         run: String,
-        /// The time in the row before.
         before: f64,
-        /// The time in this row.
         now: f64,
     },
-    /// A required field without any value.
     #[error("every cell is empty, expected values of {}", .0.name())]
     AllMissing(Role),
     /// The MDF file or ROS bag cannot be read.
@@ -179,29 +129,23 @@ pub enum Defect {
     /// The MDF file has no group, or the ROS bag no topic, with this name, or several.
     #[error("{count} groups have the name {name:?}, expected one")]
     Group {
-        /// The name.
         name: String,
-        /// Number of groups with the name.
         count: usize,
         /// The names of all groups that have one.
         known: Vec<String>,
     },
-    /// No channel of the file has the name of the field.
     #[error("the file has no channel of this name, expected one for every field that is used")]
     NoChannel(
         /// The channels of the file.
         Vec<String>,
     ),
-    /// Several channels of the file have the name of the field.
     #[error("{0} channels have this name, expected one")]
     Channels(usize),
     /// The rows cannot come from one group.
     #[error("{0}")]
     OtherRaster(&'static str),
-    /// The compressed file ends too early.
     #[error("the gzip file is cut short")]
     CutShort,
-    /// The compressed file is damaged.
     #[error("the gzip file is damaged: {0}")]
     Damaged(#[source] io::Error),
 }
@@ -312,21 +256,6 @@ impl DatasetError {
             (NamedSource::new(name, text.to_owned()).with_language("json"), place)
         });
         self
-    }
-
-    /// The file.
-    pub fn file(&self) -> &Path {
-        &self.0.file
-    }
-
-    /// The row of the table, if the error is in a row.
-    pub fn row(&self) -> Option<Row> {
-        self.0.row
-    }
-
-    /// The field, if the error is in a field.
-    pub fn field(&self) -> Option<&str> {
-        self.0.field.as_deref()
     }
 
     /// The problem.

@@ -10,6 +10,11 @@
 //!
 //! [`export`](mod@export) turns runs into such data.
 
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
 #[cfg(feature = "files")]
 mod channels;
 mod descriptor;

@@ -26,8 +26,8 @@ fn and(field: FieldText<'static>) -> Vec<FieldText<'static>> {
 /// The message without the name of the folder.
 fn message(package: &Package) -> String {
     let error = package.read().expect_err("a mistake");
-    assert!(error.file().starts_with(package.path()), "{error}");
     let folder = format!("{}/", package.path().display());
+    assert!(error.to_string().starts_with(&folder), "{error}");
     let mut text = error.to_string().replace(&folder, "");
     if let Some(help) = error.help() {
         text += &format!("\n    help: {help}");
