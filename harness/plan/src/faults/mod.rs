@@ -9,7 +9,7 @@
 //! probability = 0.3
 //! ```
 //!
-//! * [`FaultKind`]: the vocabulary; `docs/faults.md` is generated from [`FaultKind::all`].
+//! * [`FaultKind`]: the vocabulary; `docs/faults.md` has [`FaultKind::all`] as a table.
 //! * [`Fault`], [`When`], [`Schedule`]: the faults of a plan or a campaign.
 //! * [`Schedule::check`]: rejects faults that are not applicable to a plan or a bench, as far as this is known before
 //!   the run.

@@ -1,4 +1,4 @@
-//! The vocabulary of faults, one entry per kind. `docs/faults.md` is generated from it.
+//! The vocabulary of faults, one entry per kind. `docs/faults.md` has it as a table.
 
 use super::Reach::{CanBus, Line, Message, Only, SerialLine};
 use super::Share::{Checksum, Counter, Signal, Whole};
