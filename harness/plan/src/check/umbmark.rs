@@ -68,146 +68,76 @@ impl Kind for UmbmarkWithin {
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
-        let umbmark = umbmark(&selection.positions()?, self.side)?;
-        let angle = umbmark.angle_uncertainty().deg();
-        let (name, Estimate { value, uncertainty }) = match self.figure {
-            UmbmarkFigure::EMaxSyst => {
-                let uncertainty = umbmark.worse().distance_uncertainty_m();
-                ("E_max,syst", Estimate { value: umbmark.e_max_syst_m(), uncertainty })
-            }
-            UmbmarkFigure::Alpha => {
-                ("alpha", Estimate { value: umbmark.alpha().deg(), uncertainty: angle })
-            }
-            UmbmarkFigure::Beta => {
-                ("beta", Estimate { value: umbmark.beta().deg(), uncertainty: angle })
-            }
+        let (cw, ccw) = centres(&selection.positions()?)?;
+        let Estimate { value, uncertainty } = self.figure.of(&cw, &ccw, self.side);
+        let name = match self.figure {
+            UmbmarkFigure::EMaxSyst => "E_max,syst",
+            UmbmarkFigure::Alpha => "alpha",
+            UmbmarkFigure::Beta => "beta",
         };
-        let statistic = format!("{name} of {} cw and {} ccw", umbmark.cw.laps, umbmark.ccw.laps);
+        let statistic = format!("{name} of {} cw and {} ccw", cw.laps, ccw.laps);
         Figure::in_band(value, uncertainty, self.band, statistic)
     }
 }
 
-/// Centre of gravity of the return errors of one direction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Centre {
-    /// x, in metres.
-    pub x_m: f64,
-    /// y, in metres.
-    pub y_m: f64,
-    /// Standard uncertainty of x.
-    pub x_uncertainty_m: f64,
-    /// Standard uncertainty of y.
-    pub y_uncertainty_m: f64,
-    /// Number of laps.
-    pub laps: usize,
+impl UmbmarkFigure {
+    /// The figure of these centres on a square path of this side: alpha and beta for small angles.
+    fn of(self, cw: &Centre, ccw: &Centre, side: Length) -> Estimate {
+        let turn = match self {
+            Self::EMaxSyst => {
+                let (cw, ccw) = (cw.distance(), ccw.distance());
+                return if cw.value > ccw.value { cw } else { ccw };
+            }
+            Self::Alpha => cw.x.value + ccw.x.value,
+            Self::Beta => cw.x.value - ccw.x.value,
+        };
+        let both = cw.x.uncertainty.hypot(ccw.x.uncertainty);
+        let deg = |metres: f64| Angle::from_rad(metres / (4.0 * side.m())).deg();
+        Estimate { value: deg(-turn), uncertainty: deg(both) }
+    }
 }
 
-/// Return error of one lap, with standard uncertainties.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReturnError {
-    /// x, in metres.
-    pub x_m: f64,
-    /// y, in metres.
-    pub y_m: f64,
-    /// Standard uncertainty of x.
-    pub x_uncertainty_m: f64,
-    /// Standard uncertainty of y.
-    pub y_uncertainty_m: f64,
+/// Centre of gravity of the return errors of one direction, m.
+#[derive(Debug)]
+struct Centre {
+    x: Estimate,
+    y: Estimate,
+    laps: usize,
 }
 
 impl Centre {
     /// The centre of these laps; `None` without laps.
-    pub fn of(laps: &[ReturnError]) -> Option<Self> {
-        let axis = |read: fn(&ReturnError) -> Sample| {
+    fn of(laps: &[Position]) -> Option<Self> {
+        let axis = |read: fn(&Position) -> Sample| {
             mean(&laps.iter().map(read).collect::<Vec<_>>(), Together::Alone)
         };
-        let x = axis(|lap| Sample { value: lap.x_m, uncertainty: lap.x_uncertainty_m })?;
-        let y = axis(|lap| Sample { value: lap.y_m, uncertainty: lap.y_uncertainty_m })?;
-        Some(Self {
-            x_m: x.value,
-            y_m: y.value,
-            x_uncertainty_m: x.uncertainty,
-            y_uncertainty_m: y.uncertainty,
-            laps: laps.len(),
-        })
+        Some(Self { x: axis(|lap| lap.x)?, y: axis(|lap| lap.y)?, laps: laps.len() })
     }
 
-    /// Distance from the origin, in metres.
-    pub fn distance_m(&self) -> f64 {
-        self.x_m.hypot(self.y_m)
-    }
-
-    /// Standard uncertainty of the distance, to first order.
-    pub fn distance_uncertainty_m(&self) -> f64 {
-        let distance = self.distance_m();
-        if distance > 0.0 {
-            let (x, y) = (self.x_m * self.x_uncertainty_m, self.y_m * self.y_uncertainty_m);
-            x.hypot(y) / distance
+    /// Distance from the origin, with its uncertainty to first order.
+    fn distance(&self) -> Estimate {
+        let Self { x, y, .. } = self;
+        let value = x.value.hypot(y.value);
+        let uncertainty = if value > 0.0 {
+            (x.value * x.uncertainty).hypot(y.value * y.uncertainty) / value
         } else {
-            self.x_uncertainty_m.max(self.y_uncertainty_m)
-        }
+            x.uncertainty.max(y.uncertainty)
+        };
+        Estimate { value, uncertainty }
     }
 }
 
-/// The result of UMBmark.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Umbmark {
-    /// Centre of the clockwise laps.
-    pub cw: Centre,
-    /// Centre of the counter-clockwise laps.
-    pub ccw: Centre,
-    side: Length,
-}
-
-impl Umbmark {
-    /// The result for these centres on a square path of this side.
-    pub const fn new(cw: Centre, ccw: Centre, side: Length) -> Self {
-        Self { cw, ccw, side }
-    }
-
-    /// E_max,syst: the larger of the two centres' distances, in metres.
-    pub fn e_max_syst_m(&self) -> f64 {
-        self.worse().distance_m()
-    }
-
-    /// alpha, for small angles.
-    pub fn alpha(&self) -> Angle {
-        Angle::from_rad((self.cw.x_m + self.ccw.x_m) / (-4.0 * self.side.m()))
-    }
-
-    /// beta, for small angles.
-    pub fn beta(&self) -> Angle {
-        Angle::from_rad((self.cw.x_m - self.ccw.x_m) / (-4.0 * self.side.m()))
-    }
-
-    /// Standard uncertainty of [`Umbmark::alpha`] and of [`Umbmark::beta`].
-    pub fn angle_uncertainty(&self) -> Angle {
-        let both = self.cw.x_uncertainty_m.hypot(self.ccw.x_uncertainty_m);
-        Angle::from_rad(both / (4.0 * self.side.m()))
-    }
-
-    fn worse(&self) -> &Centre {
-        if self.cw.distance_m() > self.ccw.distance_m() { &self.cw } else { &self.ccw }
-    }
-}
-
-fn umbmark(positions: &[Position], side: Length) -> Result<Umbmark, Refusal> {
+/// The centres of the clockwise and of the counter-clockwise laps.
+fn centres(positions: &[Position]) -> Result<(Centre, Centre), Refusal> {
     let going = |sign: f64| -> Vec<_> {
-        let laps = positions.iter().filter(|position| position.direction == Some(sign));
-        laps.map(|position| ReturnError {
-            x_m: position.x.value,
-            y_m: position.y.value,
-            x_uncertainty_m: position.x.uncertainty,
-            y_uncertainty_m: position.y.uncertainty,
-        })
-        .collect()
+        positions.iter().filter(|lap| lap.direction == Some(sign)).copied().collect()
     };
     let (cw, ccw) = (going(-1.0), going(1.0));
     if cw.len() + ccw.len() < positions.len() {
         return Err(Refusal::Fail("laps without a direction".to_owned()));
     }
     match (Centre::of(&cw), Centre::of(&ccw)) {
-        (Some(cw), Some(ccw)) => Ok(Umbmark::new(cw, ccw, side)),
+        (Some(cw), Some(ccw)) => Ok((cw, ccw)),
         (None, _) => Err(Refusal::Unset("no cw lap".to_owned())),
         (_, None) => Err(Refusal::Unset("no ccw lap".to_owned())),
     }
@@ -215,32 +145,33 @@ fn umbmark(positions: &[Position], side: Length) -> Result<Umbmark, Refusal> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Centre, Length, ReturnError, Umbmark};
+    use super::{Centre, Length, Position, Sample, UmbmarkFigure};
 
     fn centre(x_m: f64, y_m: f64) -> Centre {
-        let lap = |dx, dy| ReturnError {
-            x_m: x_m + dx,
-            y_m: y_m + dy,
-            x_uncertainty_m: 0.002,
-            y_uncertainty_m: 0.002,
-        };
+        let sample = |value| Sample { value, uncertainty: 0.002 };
+        let lap = |dx, dy| Position { x: sample(x_m + dx), y: sample(y_m + dy), direction: None };
         Centre::of(&[lap(0.003, 0.0), lap(-0.003, 0.001), lap(0.0, -0.001)]).unwrap()
     }
 
     #[test]
     fn by_hand() {
         // Centres (-0.12, -0.05) and (0.04, 0.03) on 4 m: alpha = -0.08 / -16, beta = -0.16 / -16.
-        let umbmark = Umbmark::new(centre(-0.12, -0.05), centre(0.04, 0.03), Length::from_m(4.0));
-        assert!((umbmark.e_max_syst_m() - 0.13).abs() < 1e-12);
-        assert!((umbmark.alpha().rad() - 0.005).abs() < 1e-12);
-        assert!((umbmark.beta().rad() - 0.01).abs() < 1e-12);
+        let (cw, ccw) = (centre(-0.12, -0.05), centre(0.04, 0.03));
+        let of = |figure: UmbmarkFigure| figure.of(&cw, &ccw, Length::from_m(4.0));
+        let e_max_syst = of(UmbmarkFigure::EMaxSyst);
+        let (alpha, beta) = (of(UmbmarkFigure::Alpha), of(UmbmarkFigure::Beta));
+        assert!((e_max_syst.value - 0.13).abs() < 1e-12);
+        assert!((alpha.value.to_radians() - 0.005).abs() < 1e-12);
+        assert!((beta.value.to_radians() - 0.01).abs() < 1e-12);
         // x scatters by 0.003, y by 0.001; three laps each, for which Student's t is 4.303.
         let ux = 0.003 / 3f64.sqrt() * 4.303 / 1.959_964;
         let uy = ux / 3.0;
-        assert!((umbmark.cw.x_uncertainty_m - ux).abs() < 1e-15);
-        assert!((umbmark.cw.y_uncertainty_m - uy).abs() < 1e-15);
+        assert!((cw.x.uncertainty - ux).abs() < 1e-15);
+        assert!((cw.y.uncertainty - uy).abs() < 1e-15);
         let expected = (0.12 * ux).hypot(0.05 * uy) / 0.13;
-        assert!((umbmark.cw.distance_uncertainty_m() - expected).abs() < 1e-15);
-        assert!((umbmark.angle_uncertainty().rad() - ux * 2f64.sqrt() / 16.0).abs() < 1e-15);
+        assert!((e_max_syst.uncertainty - expected).abs() < 1e-15);
+        for angle in [alpha, beta] {
+            assert!((angle.uncertainty.to_radians() - ux * 2f64.sqrt() / 16.0).abs() < 1e-15);
+        }
     }
 }
