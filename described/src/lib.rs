@@ -180,7 +180,7 @@ mod uds;
 pub use bits::SIGNAL_BITS_MAX;
 pub use canopen::{Abort, Dictionary, Entry, Progress, SDO_REQUEST, SDO_RESPONSE, SdoClient};
 use described_file as file;
-pub use described_file::{ByteOrder, IsoTpTable, ProtectionTable};
+pub use described_file::{ByteOrder, IsoTpTable, OneOrSeveral, ProtectionTable};
 pub use description::Description;
 pub use device::{Clipped, Device};
 pub use error::{FileError, Mistake};

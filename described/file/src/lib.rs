@@ -13,6 +13,7 @@ mod fmu;
 mod isotp;
 mod machine;
 mod message;
+mod one_or_several;
 mod protection;
 mod signal_value;
 mod uds;
@@ -25,6 +26,7 @@ pub use message::{
     ByteOrder, ChecksumOver, FieldTable, FieldType, MessageRules, MessageTable, Messages, SendKind,
     Sender, WhileAnswering,
 };
+pub use one_or_several::OneOrSeveral;
 pub use protection::{ChecksumTable, CounterTable, E2eTable, Profile, ProtectionTable};
 pub use signal_value::SignalValue;
 pub use uds::{

@@ -1,6 +1,6 @@
 //! State machines in a description.
 
-use super::Formula;
+use super::{Formula, OneOrSeveral};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ pub struct MachineTable {
 #[serde(deny_unknown_fields)]
 pub struct TransitionTable {
     /// State from which it leads, or several. Default: any other state.
-    pub from: Option<OneOrSeveral>,
+    pub from: Option<OneOrSeveral<String>>,
     /// State to which it leads.
     pub to: String,
     /// Condition.
@@ -40,22 +40,4 @@ pub struct TransitionTable {
     /// `state = value`: values that the transition sets.
     #[serde(default)]
     pub set: BTreeMap<String, Formula>,
-}
-
-/// A name, or an array of several.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected the name of a state or an array of several")]
-#[schemars(inline)]
-pub enum OneOrSeveral {
-    One(String),
-    Several(Vec<String>),
-}
-
-impl OneOrSeveral {
-    pub fn as_slice(&self) -> &[String] {
-        match self {
-            Self::One(one) => std::slice::from_ref(one),
-            Self::Several(several) => several,
-        }
-    }
 }

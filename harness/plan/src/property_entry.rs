@@ -2,10 +2,9 @@
 
 use super::property::{Always, Kind, Property, Sometimes, Stated};
 use schemars::JsonSchema;
-use serde::de::{Error as _, MapAccess, Visitor, value::MapAccessDeserializer};
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::borrow::Cow;
-use std::fmt;
 
 /// As a plan has it.
 #[derive(Deserialize, JsonSchema)]
@@ -28,60 +27,26 @@ enum OrFormula<T> {
     Formula(String),
 }
 
-/// A set of built-in properties, recognised by name.
-trait BuiltIn: Sized {
-    const EXPECTED: &'static str;
-
-    /// The meaning of a text: a name has neither spaces nor operators.
-    fn of_text<E: serde::de::Error>(text: &str) -> Result<OrFormula<Self>, E>;
+wire::either! { OrFormula<Always>, "a formula over signals, or a property such as { recovers = {} }",
+    text(text) => Ok(match Always::ALL.iter().find(|known| known.name() == text) {
+        Some(known) => OrFormula::BuiltIn(*known),
+        None => OrFormula::Formula(text.to_owned()),
+    }),
+    map(map) => Always::deserialize(map).map(OrFormula::BuiltIn),
 }
 
-impl BuiltIn for Always {
-    const EXPECTED: &'static str =
-        "a formula over signals, or a property such as { recovers = {} }";
-
-    fn of_text<E: serde::de::Error>(text: &str) -> Result<OrFormula<Self>, E> {
-        match Self::ALL.iter().find(|known| known.name() == text) {
-            Some(known) => Ok(OrFormula::BuiltIn(*known)),
-            None => Ok(OrFormula::Formula(text.to_owned())),
-        }
-    }
+wire::either! { OrFormula<Sometimes>, "a formula over signals, or a state such as \"gyro_silent\"",
+    text(text) => match Sometimes::ALL.iter().find(|known| known.name() == text) {
+        Some(known) => Ok(OrFormula::BuiltIn(*known)),
+        None if is_name(text) => Err(serde::de::Error::unknown_variant(text, &Sometimes::NAMES)),
+        None => Ok(OrFormula::Formula(text.to_owned())),
+    },
+    map(map) => Sometimes::deserialize(map).map(OrFormula::BuiltIn),
 }
 
-impl BuiltIn for Sometimes {
-    const EXPECTED: &'static str = "a formula over signals, or a state such as \"gyro_silent\"";
-
-    fn of_text<E: serde::de::Error>(text: &str) -> Result<OrFormula<Self>, E> {
-        if let Some(known) = Self::ALL.iter().find(|known| known.name() == text) {
-            return Ok(OrFormula::BuiltIn(*known));
-        }
-        if !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
-            return Err(E::unknown_variant(text, &Self::NAMES));
-        }
-        Ok(OrFormula::Formula(text.to_owned()))
-    }
-}
-
-impl<'de, T: BuiltIn + Deserialize<'de>> Deserialize<'de> for OrFormula<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either<T>(std::marker::PhantomData<T>);
-        impl<'de, T: BuiltIn + Deserialize<'de>> Visitor<'de> for Either<T> {
-            type Value = OrFormula<T>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(T::EXPECTED)
-            }
-
-            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
-                T::of_text(text)
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-                T::deserialize(MapAccessDeserializer::new(map)).map(OrFormula::BuiltIn)
-            }
-        }
-        deserializer.deserialize_any(Either(std::marker::PhantomData))
-    }
+/// A name has neither spaces nor operators.
+fn is_name(text: &str) -> bool {
+    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
 impl<'de> Deserialize<'de> for Property {

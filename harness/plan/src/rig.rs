@@ -37,7 +37,7 @@
 
 mod file;
 
-pub use file::{CanTable, LineTable, NodeTable, OneOrSeveral, ReplayTable, RigFile, SerialTable};
+pub use file::{CanTable, LineTable, NodeTable, ReplayTable, RigFile, SerialTable};
 
 use crate::faults::{LineKind, Lines, Ride, Said, Target, TargetName};
 use crate::speakers::{DEVICE, Speaker};

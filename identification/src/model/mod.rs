@@ -27,7 +27,9 @@ use schemars::JsonSchema;
 pub use see::{Field, field, narrowest_play, see};
 use serde::{Deserialize, Serialize};
 pub use shape::{LATE_SHARE, SEEN, Shape, exposure};
-pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots};
+pub use spline::{
+    REACH as SPLINE_REACH, cardinal as spline_columns, pieces as spline_pieces, quantile_knots,
+};
 use std::collections::BTreeMap;
 pub(crate) use term::place_unit;
 pub use term::{Fitted, KNOT, is_frame, is_place, is_threshold, levels};

@@ -204,7 +204,7 @@ fn order(a: &Observed<'_>, b: &Observed<'_>) -> Ordering {
 }
 
 fn order_of_tags(a: &Observed<'_>, b: &Observed<'_>) -> Ordering {
-    let others = |(tag, value)| (tag, Total(value));
+    let others = |(tag, value)| (tag, rank(value));
     a.others().map(others).cmp(b.others().map(others))
 }
 
@@ -219,29 +219,12 @@ fn same_run(a: &Observed<'_>, b: &Observed<'_>) -> bool {
 }
 
 fn order_of_tag(a: &Observed<'_>, b: &Observed<'_>, tag: &str) -> Ordering {
-    let key = |o: &Observed<'_>| o.tag(tag).map(Total);
+    let key = |o: &Observed<'_>| o.tag(tag).map(rank);
     key(a).cmp(&key(b))
 }
 
-#[derive(Clone, Copy)]
-struct Total(f64);
-
-impl PartialEq for Total {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Total {}
-
-impl PartialOrd for Total {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Total {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.0.total_cmp(&other.0)
-    }
+/// A whole number in the order of `f64::total_cmp`.
+fn rank(value: f64) -> i64 {
+    let bits = value.to_bits().cast_signed();
+    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }

@@ -107,77 +107,14 @@ fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<F
                 .to_owned(),
         );
     }
-    let bends = second_derivatives(&knots, &values);
     let inside = TABLE_POINTS_MAX - 2;
     let length = last - first;
     let xs = (0..inside).map(|n| first + length * n as f64 / (inside - 1) as f64);
     let reach = model::SPLINE_REACH * length;
-    let points = std::iter::once(first - reach)
-        .chain(xs)
-        .chain(std::iter::once(last + reach))
-        .map(|x| Point { x, value: interpolate(&knots, &values, &bends, x) })
-        .collect();
+    let xs: Vec<f64> =
+        std::iter::once(first - reach).chain(xs).chain(std::iter::once(last + reach)).collect();
+    let columns = model::spline_columns(&knots, &xs);
+    let value = |row: usize| values.iter().zip(&columns).map(|(value, one)| value * one[row]).sum();
+    let points = xs.iter().enumerate().map(|(row, &x)| Point { x, value: value(row) }).collect();
     Ok(Form::Table { points })
-}
-
-/// Second derivatives at the knots of the natural spline through `values`: the tridiagonal system
-/// h0 m0 + 2 (h0 + h1) m1 + h1 m2 = 6 (slope1 - slope0), solved by elimination (Thomas).
-fn second_derivatives(knots: &[f64], values: &[f64]) -> Vec<f64> {
-    let count = knots.len();
-    let (mut diagonal, mut right) = (vec![1.0; count], vec![0.0; count]);
-    for i in 1..count - 1 {
-        let (before, after) = (knots[i] - knots[i - 1], knots[i + 1] - knots[i]);
-        let bend = (values[i + 1] - values[i]) / after - (values[i] - values[i - 1]) / before;
-        let factor = if i == 1 { 0.0 } else { before / diagonal[i - 1] };
-        diagonal[i] = 2.0 * (before + after) - factor * before;
-        right[i] = 6.0 * bend - factor * right[i - 1];
-    }
-    let mut second = vec![0.0; count];
-    for i in (1..count - 1).rev() {
-        second[i] = (right[i] - (knots[i + 1] - knots[i]) * second[i + 1]) / diagonal[i];
-    }
-    second
-}
-
-fn interpolate(knots: &[f64], values: &[f64], second: &[f64], x: f64) -> f64 {
-    let i = knots.partition_point(|knot| *knot <= x).clamp(1, knots.len() - 1) - 1;
-    let h = knots[i + 1] - knots[i];
-    let inside = x.clamp(knots[0], knots[knots.len() - 1]);
-    let (a, b) = ((knots[i + 1] - inside) / h, (inside - knots[i]) / h);
-    let value = a * values[i]
-        + b * values[i + 1]
-        + ((a * a * a - a) * second[i] + (b * b * b - b) * second[i + 1]) * h * h / 6.0;
-    let slope = (values[i + 1] - values[i]) / h
-        + ((3.0 * b * b - 1.0) * second[i + 1] - (3.0 * a * a - 1.0) * second[i]) * h / 6.0;
-    value + slope * (x - inside)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{interpolate, second_derivatives};
-    use proptest::prelude::*;
-
-    proptest! {
-        /// It passes through its knots, is smooth, and is straight at and beyond the ends.
-        #[test]
-        fn it_is_the_natural_spline(
-            steps in prop::collection::vec((0.2f64..3.0, -5f64..5.0), 2..9), first in -10f64..10.0,
-        ) {
-            let mut at = first;
-            let knots: Vec<f64> = steps.iter().map(|(step, _)| { at += step; at }).collect();
-            let values: Vec<f64> = steps.iter().map(|(_, value)| *value).collect();
-            let second = second_derivatives(&knots, &values);
-            let f = |x: f64| interpolate(&knots, &values, &second, x);
-            let h = 1e-4;
-            let slope = |x: f64, side: f64| (f(x + side * h) - f(x)) / (side * h);
-            for (knot, value) in knots.iter().zip(&values) {
-                prop_assert!((f(*knot) - value).abs() < 1e-9);
-                let bend = second.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-                prop_assert!((slope(*knot, 1.0) - slope(*knot, -1.0)).abs() < 2.0 * h * bend + 1e-6);
-            }
-            let last = knots[knots.len() - 1];
-            prop_assert!((f(last + 2.0) - 2.0 * f(last + 1.0) + f(last)).abs() < 1e-9);
-            prop_assert_eq!(second[0], 0.0);
-        }
-    }
 }

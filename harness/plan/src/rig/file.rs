@@ -2,7 +2,7 @@
 
 use super::{UnderTest, VirtualTime};
 use crate::name::Name;
-use described::{IsoTpTable, ProtectionTable};
+use described::{IsoTpTable, OneOrSeveral, ProtectionTable};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -110,25 +110,4 @@ pub struct ReplayTable {
     /// Its channel in the log; the one of the line's name, or the only one, where it says nothing.
     #[serde(default)]
     pub channel: Option<String>,
-}
-
-/// One, or an array of several.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a name or an array of names")]
-#[schemars(inline)]
-pub enum OneOrSeveral<T> {
-    /// One.
-    One(T),
-    /// Several.
-    Several(Vec<T>),
-}
-
-impl<T> OneOrSeveral<T> {
-    /// All values.
-    pub fn as_slice(&self) -> &[T] {
-        match self {
-            Self::One(one) => std::slice::from_ref(one),
-            Self::Several(several) => several,
-        }
-    }
 }

@@ -12,10 +12,11 @@ mod silent;
 use super::senses::{Fact, Senses, Topic};
 use super::verdict::Judgement;
 use super::{Always, Limits};
+use dyn_clone::DynClone;
 use std::fmt::Debug;
 
 /// Judges one property during a run.
-pub(super) trait Judge: Debug + Copied + Send {
+pub(super) trait Judge: Debug + DynClone + Send {
     /// The topics that it subscribes to.
     fn hears(&self) -> &'static [Topic];
 
@@ -23,22 +24,7 @@ pub(super) trait Judge: Debug + Copied + Send {
     fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement);
 }
 
-/// Copies a judge whose type is not known.
-pub(super) trait Copied {
-    fn copied(&self) -> Box<dyn Judge>;
-}
-
-impl<J: Judge + Clone + 'static> Copied for J {
-    fn copied(&self) -> Box<dyn Judge> {
-        Box::new(self.clone())
-    }
-}
-
-impl Clone for Box<dyn Judge> {
-    fn clone(&self) -> Self {
-        (**self).copied()
-    }
-}
+dyn_clone::clone_trait_object!(Judge);
 
 /// The judge of `property`. Values that the property does not state come from `limits`.
 pub(super) fn judge(property: &Always, limits: &Limits) -> Box<dyn Judge> {
