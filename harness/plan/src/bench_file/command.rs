@@ -33,6 +33,12 @@ pub(super) fn words<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<St
     Ok(words)
 }
 
+pub(super) fn given_words<'de, D: Deserializer<'de>>(
+    d: D,
+) -> Result<Option<Vec<String>>, D::Error> {
+    words(d).map(Some)
+}
+
 fn usual() -> Span {
     Span::from_secs_f64(USUAL_S)
 }

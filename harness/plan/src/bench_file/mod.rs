@@ -25,7 +25,7 @@
 //! ```
 //!
 //! A role without a table is emulated, at the place that the world chooses. Invalid values are rejected during parsing,
-//! so that the message points at the key.
+//! so that the message points at its place.
 
 mod attach;
 mod command;
@@ -91,6 +91,7 @@ pub struct BenchFile {
     #[serde(default)]
     pub teardown: Vec<Name>,
     /// The device under test; what the command line says where it is absent.
+    #[schemars(with = "Option<controller::Controller>")]
     pub controller: Option<ControllerSection>,
     /// What real time may do.
     #[serde(default)]
