@@ -38,17 +38,18 @@ impl Project {
     }
 
     fn pytest(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
+        self.command(&["-m", "pytest"], arguments).output().unwrap()
     }
 
-    fn command(&self, arguments: &[&str]) -> Command {
+    /// `how` starts pytest.
+    fn command(&self, how: &[&str], arguments: &[&str]) -> Command {
         let python_path = python_path(&self.path("site")).unwrap();
         // Programs under test are started as `python3`.
         let known = std::env::var_os("PATH").unwrap_or_default();
         let first = self.python.parent().unwrap().to_owned();
         let path = [first].into_iter().chain(std::env::split_paths(&known));
         let mut command = Command::new(&self.python);
-        command.args(["-m", "pytest", "-p", "no:cacheprovider"]).args(arguments);
+        command.args(how).args(["-p", "no:cacheprovider"]).args(arguments);
         command.current_dir(&self.folder).env("HIL", env!("CARGO_BIN_EXE_hil"));
         command.env("PYTHONPATH", python_path).env("PATH", std::env::join_paths(path).unwrap());
         command.env("PYTHONDONTWRITEBYTECODE", "1").env_remove("HIL_LINES");
@@ -122,6 +123,10 @@ fn a_verdict_that_fails_fails_its_test_and_no_other() {
     assert!(output.contains("2 passed, 1 failed") && !output.contains("Run object at"), "{output}");
 }
 
+/// A test that a shell runs in the background inherits that SIGINT is ignored.
+const AS_FROM_A_TERMINAL: &str = "import pytest, signal, sys; \
+    signal.signal(signal.SIGINT, signal.default_int_handler); sys.exit(pytest.console_main())";
+
 /// A terminal sends Ctrl-C to all that runs in it, an editor to pytest alone. The run still sends its `finally` and leaves
 /// its files.
 #[test]
@@ -129,7 +134,8 @@ fn ctrl_c_ends_the_run_in_order() {
     use rustix::process::{Pid, Signal, kill_process, kill_process_group};
     for interrupt in [kill_process_group, kill_process] {
         let Some(project) = Project::new() else { return };
-        let mut command = project.command(&["plans/settles.toml", "--hil-clock", "real"]);
+        let arguments = ["plans/settles.toml", "--hil-clock", "real"];
+        let mut command = project.command(&["-c", AS_FROM_A_TERMINAL], &arguments);
         let child = command.process_group(0).stdout(Stdio::piped()).spawn().unwrap();
         let run = project.path("runs/settles-seed1");
         while !run.join("record.hilrec").exists() {

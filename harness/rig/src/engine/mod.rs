@@ -257,8 +257,9 @@ impl Engine {
         if self.ending.is_some() {
             return;
         }
-        // If both end here, the step says more: a plan of one step has the limit of the step.
-        if now >= self.step_deadline {
+        if now >= self.plan_deadline {
+            self.end(now, Outcome::Timeout, Some("the plan took longer than its limit".to_owned()));
+        } else if now >= self.step_deadline {
             let why = match self.waiting {
                 Waiting::Rest => ": the controller does not report rest",
                 Waiting::Reaction if self.reactions.is_asked() => {
@@ -277,8 +278,6 @@ impl Engine {
                 Outcome::Timeout
             };
             self.end(now, outcome, Some(reason));
-        } else if now >= self.plan_deadline {
-            self.end(now, Outcome::Timeout, Some("the plan took longer than its limit".to_owned()));
         } else if matches!(self.waiting, Waiting::Mission(_)) && now >= self.answer_deadline {
             let instead = self.instead_of_an_answer();
             let why = format!("the controller did not answer the mission{instead}");
