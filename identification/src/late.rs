@@ -84,9 +84,12 @@ fn rest(pairs: &[(f64, f64)]) -> f64 {
 /// The delay (negative: a lead), s, at which the moved rotation leaves least of the readings of `block`; `None` if no delay
 /// takes away much.
 pub(crate) fn delay_of(block: &Block, channels: &Channels) -> Option<f64> {
-    if block.aggregate != Aggregate::Row {
-        return None;
-    }
+    let is_heading = match block.aggregate {
+        Aggregate::Row => false,
+        // Between sparse headings the rotation is the gyro's own, which is never late.
+        Aggregate::Level if 2 * block.rows.len() > channels.time.len() => true,
+        _ => return None,
+    };
     let of = |range: &std::ops::Range<usize>| Stretch {
         times: &channels.time[range.clone()],
         truth: &channels.rotation[range.clone()],
@@ -94,12 +97,16 @@ pub(crate) fn delay_of(block: &Block, channels: &Channels) -> Option<f64> {
     };
     let mut stretches: Vec<Stretch<'_>> = channels.segments.iter().map(of).collect();
     let mut stretch = 0;
-    for (&row, &error) in block.rows.iter().zip(&block.residual) {
+    for (observation, &row) in block.rows.iter().enumerate() {
         while channels.segments.get(stretch)?.end <= row {
             stretch += 1;
         }
         let at = row - channels.segments[stretch].start;
-        stretches[stretch].readings.push((at, error + channels.rotation[row]));
+        let reading = match is_heading {
+            true => block.measured(observation),
+            false => block.residual[observation] + channels.rotation[row],
+        };
+        stretches[stretch].readings.push((at, reading));
     }
     delay(&stretches, channels.interval())
 }

@@ -6,6 +6,7 @@ mod bands;
 mod beyond;
 mod clipping;
 mod comes_and_goes;
+mod dense_heading;
 mod driven;
 mod ends_of_laps;
 mod few_causes;

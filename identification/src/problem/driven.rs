@@ -5,7 +5,7 @@ use super::path::{Path, bulges, chord};
 use super::segments::runs;
 use super::wheels::{self, Motion};
 use super::{
-    Acts, Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, series, wrap,
+    Acts, Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, heading, wrap,
 };
 use crate::dataset::{Constant, Dataset, Drive, Role, Unit};
 use crate::error::IdentifyError;
@@ -70,7 +70,7 @@ pub(super) fn odometry(
     if blocks[0].rows.len() < 3 * path.runs.len() + 8 {
         return Err(IdentifyError::missing("reference in enough rows"));
     }
-    blocks.extend(series::beside_odometry(dataset, &mut channels));
+    blocks.extend(heading::beside_odometry(dataset, &mut channels));
     Ok(Problem { path: Some(path), notices, ..Problem::of(dataset.kind, channels, blocks) })
 }
 

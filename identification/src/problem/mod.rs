@@ -4,6 +4,7 @@
 mod channels;
 mod driven;
 mod gyro;
+mod heading;
 mod laps;
 mod path;
 mod pose;

@@ -74,13 +74,17 @@ fn noise(channels: &Channels, truth: &[f64], values: &[f64]) -> f64 {
     (-mean / (1.5 * OF_THOSE)).max(0.0).sqrt()
 }
 
+/// Whether most rows have a reference.
+pub(super) fn is_dense(truth: &[f64]) -> bool {
+    2 * truth.iter().filter(|value| value.is_finite()).count() > truth.len()
+}
+
 /// What is measured at every row: a dense reference, and what is missing of it on a line between its neighbours. Between sparse
 /// references it follows a cubic through them, or the course of the readings corrected to them, whichever tells a reference
 /// better from those around it.
 pub(super) fn everywhere(channels: &Channels, truth: &[f64], readings: &[f64]) -> Vec<f64> {
-    let known = truth.iter().filter(|value| value.is_finite()).count();
     let mut found = Vec::with_capacity(truth.len());
-    if 2 * known > truth.len() {
+    if is_dense(truth) {
         for range in &channels.segments {
             let (times, known) = finite(channels, range, truth);
             found.extend(range.clone().map(|row| interpolate(&times, &known, channels.time[row])));

@@ -1,24 +1,25 @@
 //! Samples of a gyro against a rate or a heading.
 
 use super::channels::Channels;
-use super::gyro::{GYRO_CONSTANTS, angle_unit, exposures, rate_unit};
+use super::gyro::{GYRO_CONSTANTS, exposures, rate_unit};
+use super::heading::against_heading;
 use super::reference::{everywhere, known_around, noise_of};
-use super::{Acts, Aggregate, Block, Problem, wrap};
-use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role, Unit};
+use super::{Acts, Block, Problem};
+use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role};
 use crate::error::IdentifyError;
 use crate::robust::Moments;
 use std::cell::OnceCell;
 use std::rc::Rc;
 
 /// Rate of a gyro at every row, in rad/s or counts, with missing values.
-struct Rate<'a> {
-    column: &'a Column,
-    values: Vec<f64>,
+pub(super) struct Rate<'a> {
+    pub(super) column: &'a Column,
+    pub(super) values: Vec<f64>,
     /// Whether a value is the mean since the previous row.
-    is_mean: bool,
+    pub(super) is_mean: bool,
 }
 
-fn rates<'a>(dataset: &'a Dataset, channels: &Channels) -> Vec<Rate<'a>> {
+pub(super) fn rates<'a>(dataset: &'a Dataset, channels: &Channels) -> Vec<Rate<'a>> {
     let steps = steps(channels);
     let mut found = Vec::new();
     for column in &dataset.columns {
@@ -37,7 +38,7 @@ fn rates<'a>(dataset: &'a Dataset, channels: &Channels) -> Vec<Rate<'a>> {
 }
 
 /// Time since the previous row; the typical one at the start of a stretch.
-fn steps(channels: &Channels) -> Vec<f64> {
+pub(super) fn steps(channels: &Channels) -> Vec<f64> {
     let typical = channels.interval();
     let mut found = vec![typical; channels.time.len()];
     for range in &channels.segments {
@@ -132,7 +133,7 @@ fn each_its_own_rotation(
 }
 
 /// Counts per unit of rotation, by least squares.
-fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
+pub(super) fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
     let both = reference.iter().copied().zip(counts.iter().copied());
     let Moments { xx, xy, .. } = Moments::of(both.filter(|(r, c)| r.is_finite() && c.is_finite()));
     if xx > 0.0 && xy != 0.0 { xy / xx } else { 1.0 }
@@ -176,129 +177,4 @@ fn against_rate(
         constants,
         ..Block::of_readings(rate.column, rows, error, unit)
     }
-}
-
-fn against_heading(
-    rate: &Rate<'_>,
-    reference: &Column,
-    channels: &mut Channels,
-    counts: &mut Option<f64>,
-) -> Block {
-    let headings: Vec<f64> = reference.si().collect();
-    let steps = steps(channels);
-    let is_counts = rate.column.unit.dimension() == Dimension::Count;
-    let factor = if is_counts {
-        *counts.get_or_insert_with(|| counts_from_heading(rate, &headings, &steps, channels))
-    } else {
-        1.0
-    };
-    let known = |row: usize| rate.values[row].is_finite();
-    let mut nominal = vec![0.0; headings.len()];
-    let mut time_step = vec![0.0; headings.len()];
-    for range in channels.segments.clone() {
-        for row in range.start + 1..range.end {
-            let now = if known(row) { rate.values[row] } else { 0.0 };
-            let before = if known(row - 1) { rate.values[row - 1] } else { now };
-            let mean = if rate.is_mean { now } else { (now + before) / 2.0 };
-            nominal[row] = mean / factor * steps[row];
-            time_step[row] = steps[row];
-        }
-    }
-    if channels.rotation.is_empty() {
-        channels.rotation =
-            rate.values.iter().map(|v| if v.is_finite() { v / factor } else { 0.0 }).collect();
-        channels.rotation_unit = if rate.column.unit.dimension() == Dimension::AngularRate {
-            rate.column.unit
-        } else {
-            Unit::DegreePerSecond
-        };
-    }
-    // The true angle of each row is unknown between references; the nominal one is accurate enough for a correction of
-    // a few per cent.
-    let mut measured = 0.0;
-    let mut rows = Vec::new();
-    let mut residual = Vec::new();
-    let mut last: Option<f64> = None;
-    for row in 0..headings.len() {
-        if row > 0 && channels.run[row] != channels.run[row - 1] {
-            measured = 0.0;
-            last = None;
-        }
-        measured += nominal[row];
-        if headings[row].is_finite() {
-            let difference = measured - headings[row];
-            let unwrapped =
-                last.map_or_else(|| wrap(difference), |last| last + wrap(difference - last));
-            last = Some(unwrapped);
-            rows.push(row);
-            residual.push(unwrapped);
-        }
-    }
-    if channels.of(Role::Heading).is_none() {
-        let dense = heading_between(channels, &headings, &nominal);
-        channels.add(&reference.name, Role::Heading, reference.unit, dense);
-    }
-    let unit = if is_counts { rate_unit(reference.unit) } else { rate_unit(rate.column.unit) };
-    Block {
-        aggregate: Aggregate::Level,
-        raw_si: rate.column.unit.si() / factor,
-        residual,
-        exposures: exposures((time_step.clone(), unit), Some(nominal)),
-        constants: GYRO_CONSTANTS.to_vec(),
-        activity: Some(time_step),
-        ..Block::of_readings(rate.column, rows, |_| 0.0, angle_unit(reference.unit))
-    }
-}
-
-/// A gyro on a robot whose heading was measured.
-pub(super) fn beside_odometry(dataset: &Dataset, channels: &mut Channels) -> Vec<Block> {
-    let Some(reference) = dataset.column(Role::ReferenceHeading) else {
-        return Vec::new();
-    };
-    let rates = rates(dataset, channels);
-    let mut counts = None;
-    rates.iter().map(|rate| against_heading(rate, reference, channels, &mut counts)).collect()
-}
-
-/// Heading at every row: references, and the gyro between them.
-fn heading_between(channels: &Channels, headings: &[f64], nominal: &[f64]) -> Vec<f64> {
-    let mut dense = Vec::with_capacity(headings.len());
-    let mut now = 0.0;
-    for row in 0..headings.len() {
-        let starts = channels.segments.iter().any(|range| range.start == row);
-        now = if headings[row].is_finite() {
-            headings[row]
-        } else if starts {
-            0.0
-        } else {
-            now + nominal[row]
-        };
-        dense.push(now);
-    }
-    dense
-}
-
-/// Counts per rad/s if only headings are known: turned counts against turned headings, between consecutive references.
-fn counts_from_heading(
-    rate: &Rate<'_>,
-    headings: &[f64],
-    steps: &[f64],
-    channels: &Channels,
-) -> f64 {
-    let (mut turned, mut referenced) = (Vec::new(), Vec::new());
-    let (mut sum, mut last) = (0.0, None::<f64>);
-    for row in 0..headings.len() {
-        if row > 0 && channels.run[row] != channels.run[row - 1] {
-            (sum, last) = (0.0, None);
-        }
-        sum += if rate.values[row].is_finite() { rate.values[row] * steps[row] } else { 0.0 };
-        if headings[row].is_finite() {
-            if let Some(last) = last {
-                turned.push(sum);
-                referenced.push(wrap(headings[row] - last));
-            }
-            (sum, last) = (0.0, Some(headings[row]));
-        }
-    }
-    counts_per_unit(&turned, &referenced)
 }
