@@ -73,3 +73,20 @@ fn a_dense_heading_shows_a_scale_error_and_a_delay() {
     let scale = found.model.terms.iter().find(|term| term.name == "scale_factor").unwrap();
     assert!((scale.parameters[0].value + 0.03).abs() < 3e-3, "{scale:?}");
 }
+
+#[test]
+fn a_heading_shows_a_wrong_sign() {
+    for every in [1, 50] {
+        let found = found(-1.006, Unit::DegreePerSecond, every);
+        assert_found(&found, &["reversed_sign", "delay"], 0.006, [2e-3, 5e-3]);
+    }
+}
+
+/// The gyro is far faster than its heading then: it was said that the heading does not move.
+#[test]
+fn a_heading_shows_degrees_for_radians() {
+    for every in [1, 50] {
+        let effects = found(0.994, Unit::RadianPerSecond, every).finding.effects;
+        assert_eq!(effects[0].name, "degrees_for_radians", "{effects:?}");
+    }
+}

@@ -9,9 +9,11 @@ mod legs;
 mod readings;
 mod reference;
 mod signs;
+mod turned;
 
 pub(crate) use fields::fields;
 pub(crate) use legs::{Poses, leaves};
+pub(crate) use turned::{heading_of, turned};
 
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
 use crate::problem::wrap;

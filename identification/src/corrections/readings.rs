@@ -1,7 +1,7 @@
 //! The sign and the unit of readings against their reference.
 
-use super::{Correction, Fault, reference_of};
-use crate::dataset::{Column, Dataset, Dimension, Kind, Unit};
+use super::{Correction, Fault, heading_of, reference_of, turned};
+use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::robust::Moments;
 
 /// Minimum squared correlation of readings and reference for a correction.
@@ -23,13 +23,16 @@ const DEGREE: f64 = 1.0 / DEGREES;
 pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     let mut found = Vec::new();
     for column in &dataset.columns {
-        let Some(reference) = reference_of(dataset, column) else { continue };
-        if reference.unit.dimension() != column.unit.dimension() {
-            continue;
-        }
-        let turns = dataset.kind == Kind::Sensor && column.unit.dimension() == Dimension::Angle;
-        let factor =
-            if turns { factor_of_angle(column, reference) } else { factor(column, reference) };
+        let heading = heading_of(dataset, column);
+        let Some(reference) = heading.or_else(|| reference_of(dataset, column)) else { continue };
+        let dimension = column.unit.dimension();
+        let turns = dataset.kind == Kind::Sensor && dimension == Dimension::Angle;
+        let factor = match heading {
+            Some(heading) => factor_beside_heading(dataset, column, heading),
+            None if reference.unit.dimension() != dimension => None,
+            None if turns => factor_of_angle(column, reference),
+            None => factor(column.unit, pairs(column, reference)),
+        };
         let Some(factor) = factor else { continue };
         let name = &column.name;
         let size = factor.abs();
@@ -38,7 +41,7 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
             found.push(exact(Fault::DegreesForRadians, name, DEGREES));
         } else if size == DEGREE {
             found.push(exact(Fault::RadiansForDegrees, name, DEGREE));
-        } else if size > 1.0 {
+        } else if size > 1.0 || (size < 1.0 && heading.is_some()) {
             found.push(exact(Fault::WrongUnit, name, size));
         } else if size < 1.0 && !found.iter().any(|one| one.field == reference.name) {
             // The larger numbers are the wrong ones: readings stay in the unit that they are in.
@@ -80,8 +83,8 @@ fn pairs<'a>(
 }
 
 /// The factor near the slope of a line through truth and reading; `None` if it is 1 or they do not follow a line.
-fn factor(column: &Column, reference: &Column) -> Option<f64> {
-    let Moments { xx, xy, yy, .. } = Moments::of(pairs(column, reference));
+fn factor(unit: Unit, pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
+    let Moments { xx, xy, yy, .. } = Moments::of(pairs);
     if !(xy * xy > FOLLOWS * xx * yy && xx > 0.0) {
         return None;
     }
@@ -89,7 +92,20 @@ fn factor(column: &Column, reference: &Column) -> Option<f64> {
         let is_small = *factor != factor.signum() && (factor.abs().ln()).abs() < SMALL.ln();
         (xy / xx / factor - 1.0).abs() < if is_small { WITHIN_SMALL } else { WITHIN }
     };
-    factors(column.unit).into_iter().find(near).filter(|factor| *factor != 1.0)
+    factors(unit).into_iter().find(near).filter(|factor| *factor != 1.0)
+}
+
+/// The factor of a gyro beside a heading. Of counts, whose unit is fitted, and where time is not in seconds, it is not known.
+fn factor_beside_heading(dataset: &Dataset, column: &Column, heading: &Column) -> Option<f64> {
+    let dimension = column.unit.dimension();
+    let in_seconds =
+        dataset.column(Role::Time).is_some_and(|time| time.unit.dimension() == Dimension::Time);
+    let is_told = match dimension {
+        Dimension::Angle => true,
+        dimension => dimension == Dimension::AngularRate && in_seconds,
+    };
+    let [truth, readings] = is_told.then(|| turned(dataset, column, heading))?;
+    factor(column.unit, truth.into_iter().zip(readings))
 }
 
 /// The factor with which an angle that keeps turning stays with its reference.
@@ -110,7 +126,7 @@ fn factor_of_angle(column: &Column, reference: &Column) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DEGREES, factor, factor_of_angle};
+    use super::{DEGREES, factor, factor_of_angle, pairs};
     use crate::dataset::{Column, Role, Unit};
     use std::f64::consts::TAU;
 
@@ -127,7 +143,7 @@ mod tests {
     fn only_what_follows_its_reference_has_a_factor() {
         let of = |of: fn(f64) -> f64, unit| {
             let [measured, truth] = columns(of, unit);
-            factor(&measured, &truth)
+            factor(unit, pairs(&measured, &truth))
         };
         let rate = Unit::RadianPerSecond;
         assert_eq!(of(|truth| -0.97 * DEGREES * truth + 3.0, rate), Some(-DEGREES));

@@ -3,7 +3,7 @@
 
 use super::course::is_course;
 use super::{Wrong, is_read, is_still, leave_out};
-use crate::corrections::{Correction, Poses, applied};
+use crate::corrections::{Correction, Poses, applied, heading_of, turned};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role};
 use crate::error::IdentifyError;
 use crate::linear::{Basis, dot};
@@ -63,7 +63,15 @@ fn told(dataset: &Dataset, column: &Column) -> Option<[String; 2]> {
     if read.blocks.is_empty() || truth.blocks.is_empty() {
         return None;
     }
-    if squared_correlation(&read.values, &truth.values) > FOLLOWS {
+    // A reading at the moment of a sparse heading is not the mean since the one before.
+    let follows = match heading_of(dataset, column) {
+        Some(heading) => {
+            let [truth, read] = turned(dataset, column, heading);
+            squared_correlation(&read, &truth)
+        }
+        None => squared_correlation(&read.values, &truth.values),
+    };
+    if follows > FOLLOWS {
         return None;
     }
     let is_count = column.unit.dimension() == Dimension::Count;
