@@ -36,3 +36,4 @@ mod stated;
 mod timing;
 mod turns;
 mod two_wheels;
+mod units;

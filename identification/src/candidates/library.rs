@@ -4,7 +4,7 @@ use super::names::{acts, constant, over};
 use super::{Candidate, Family};
 use crate::dataset::{Dimension, Role};
 use crate::late::delay_of;
-use crate::model::{Acts, Driver, Form, Shape, WHEEL_SIZE, Wrap};
+use crate::model::{Acts, Driver, Form, LATE_SHARE, Shape, WHEEL_SIZE, Wrap};
 use crate::problem::{Aggregate, Block, Channel, Channels};
 use crate::robust;
 
@@ -299,19 +299,24 @@ impl<'a> Builder<'a> {
             return;
         }
         let interval = self.channels.interval();
+        // All that a sensor measures is late, in the unit of its readings.
+        let all = self.channels.of_sensor.then_some((LATE_SHARE, self.channels.gain));
+        let with_all = |name, value| -> Vec<(&str, f64)> {
+            std::iter::once((name, value)).chain(all).collect()
+        };
         // One may lie between or beyond them.
         let at_sight = delay_of(self.block, self.channels);
         for delay in DELAYS.map(|multiple| multiple * interval).into_iter().chain(at_sight) {
-            self.add("delay", Acts::Delay, driver, Form::Delay, &[("delay", delay)]);
+            self.add("delay", Acts::Delay, driver, Form::Delay, &with_all("delay", delay));
         }
         for multiple in [0.3, 1.0, 3.0, 10.0] {
-            let numbers = [("time_constant", multiple * interval)];
+            let numbers = with_all("time_constant", multiple * interval);
             let lag = (Wrap::LagOf, rotation_name.as_str());
             self.add("bandwidth", Acts::Delay, lag, Form::Delay, &numbers);
         }
         let span = self.channels.span();
         for shift in [-4.0, -0.5, 0.5, 4.0] {
-            let numbers = [("stretch", shift * interval / span)];
+            let numbers = with_all("stretch", shift * interval / span);
             let time = (Wrap::Plain, time_name.as_str());
             self.add("sample_clock", Acts::Clock, time, Form::Delay, &numbers);
         }

@@ -39,7 +39,7 @@ fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
     })
 }
 
-/// Range of the value of `shape`, SI. `None` if unknown.
+/// Range of the value of `shape`, SI, of readings that rise by one for one of what is measured. `None` if unknown.
 pub fn range_of(shape: &Shape, channels: &Channels) -> Option<[f64; 2]> {
     let [low, high] = range(shape.acts, channels)?;
     let is_delay =
@@ -70,6 +70,10 @@ pub fn is_physical(
     columns: &[Vec<f64>],
     coefficients: &[f64],
 ) -> bool {
+    // What goes with what is measured is as large as the unit of the readings makes it.
+    let gain = if goes_with_gain(shape, channels) { channels.gain } else { 1.0 };
+    let coefficients: Vec<f64> = coefficients.iter().map(|value| value / gain).collect();
+    let coefficients = &*coefficients;
     let is_narrow =
         |driver: &Driver| driver.wrap == Wrap::BranchOf && driver.field == channels.rotation_name;
     if shape.drivers.iter().any(is_narrow)
@@ -114,6 +118,18 @@ pub fn is_physical(
     (0..rows).step_by(stride).all(|row| {
         inside(columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum())
     })
+}
+
+/// Whether the coefficients of `shape` are in the unit of the readings for each unit of what a sensor measures.
+fn goes_with_gain(shape: &Shape, channels: &Channels) -> bool {
+    let is_measured = |driver: &Driver| driver.field == channels.rotation_name;
+    match (shape.acts, shape.form) {
+        (Acts::Scale | Acts::Axis, _) => true,
+        // The share that is late is in the columns.
+        (_, Form::Delay) => false,
+        (Acts::Bias, Form::Linear) => shape.drivers.first().is_some_and(is_measured),
+        _ => false,
+    }
 }
 
 /// Whether the part of a gyro's bias that depends on an acceleration is within the range.

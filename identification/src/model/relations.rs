@@ -82,7 +82,8 @@ pub fn delay_all(terms: &mut [Shape], coefficients: &[f64], width: impl Fn(&Shap
         }
         at += width(term);
     }
-    if all > 0.0 && all.is_finite() {
+    // Readings in another unit may fall where what is measured rises.
+    if all != 0.0 && all.is_finite() {
         for term in terms.iter_mut().filter(|term| term.form == Form::Delay) {
             term.set(LATE_SHARE, all);
         }

@@ -81,6 +81,8 @@ pub struct Channels {
     pub sampled: bool,
     /// Whether the rotation stands for the measured quantity of any sensor.
     pub of_sensor: bool,
+    /// How much its readings rise for one of what is measured, at first sight: they may be in another unit. Of a gyro 1.
+    pub gain: f64,
     /// Names of fields that are constant.
     pub constant: Vec<String>,
     /// Typical time from row to row, once it was asked for.
@@ -119,6 +121,7 @@ impl Channels {
             turning: None,
             sampled: matches!(dataset.kind, Kind::Series | Kind::Sensor),
             of_sensor: dataset.kind == Kind::Sensor,
+            gain: 1.0,
             constant: Vec::new(),
             interval: OnceCell::new(),
             bends: OnceCell::new(),

@@ -7,7 +7,7 @@ use super::{Block, DisplayUnit, Problem, wrap};
 use crate::corrections::reference_of;
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;
-use crate::robust;
+use crate::robust::{self, Moments};
 use std::rc::Rc;
 
 pub(super) fn sensor(dataset: &Dataset, channels: Channels) -> Result<Problem, IdentifyError> {
@@ -71,6 +71,9 @@ fn against(
     channels.rotation_noise = noise_of(dataset, reference, channels, &truth, &values);
     let (low, high) = robust::ends(channels.rotation.iter().copied());
     let moves = high - low > 0.0;
+    if moves && !turns {
+        channels.gain = gain(&rows, &truth, &values);
+    }
     let unit = unit_of(measured);
     let scale = moves.then(|| channels.rotation.clone());
     Ok(Block {
@@ -79,6 +82,12 @@ fn against(
         constants: GYRO_CONSTANTS[..if moves && !turns { 2 } else { 1 }].to_vec(),
         ..Block::of_readings(measured, rows, error, unit)
     })
+}
+
+/// Slope of the line of readings over the truth in these rows; 1 where there is none.
+fn gain(rows: &[usize], truth: &[f64], values: &[f64]) -> f64 {
+    let Moments { xx, xy, .. } = Moments::of(rows.iter().map(|&row| (truth[row], values[row])));
+    if xx > 0.0 && xy != 0.0 { xy / xx } else { 1.0 }
 }
 
 /// Unit of errors, which are differences.

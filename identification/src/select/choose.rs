@@ -281,8 +281,9 @@ fn holds_back_all(scene: &Scene<'_>, shape: &Shape) -> bool {
     scene.project(&mut column);
     let length = dot(&column, &column);
     // Uses the residual, not its scores, which cut off large values.
-    let part = dot(&column, &scene.white) / length;
-    let error = scene.scale / length.sqrt();
+    let gain = scene.data.channels.gain;
+    let part = dot(&column, &scene.white) / length / gain;
+    let error = scene.scale / length.sqrt() / gain.abs();
     (part - 1.0).abs() <= HELD_OFF_MAX.max(HELD_ERRORS * error)
 }
 

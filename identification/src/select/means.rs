@@ -131,6 +131,7 @@ impl Equations {
             sampled: channels.sampled,
             rotation_noise: channels.rotation_noise,
             of_sensor: channels.of_sensor,
+            gain: channels.gain,
             constant: channels.constant.clone(),
             interval: OnceCell::new(),
             bends: OnceCell::new(),
