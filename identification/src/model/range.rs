@@ -62,6 +62,10 @@ const OF_SCALE_MAX: f64 = 0.2;
 /// hundredths). One that shows most of it late is slow, which is a delay.
 const CREEP_MAX: f64 = 0.3;
 
+/// Maximum share of the measured quantity that goes through a play: all of it, plus some scale error. Where the play is narrow
+/// against the motion only this times the width is told, and noise makes the share as large as it likes.
+const PLAY_MAX: f64 = 1.1;
+
 /// Whether the contribution of `shape` with `coefficients` is within the range. `columns` are its columns over the
 /// rows.
 pub fn is_physical(
@@ -84,12 +88,17 @@ pub fn is_physical(
     if shape.acts == Acts::Bias && !channels.of_sensor {
         return bears_acceleration(shape, channels, columns, coefficients);
     }
-    let is_creep = shape.acts == Acts::Bias
-        && shape.drivers.first().is_some_and(|driver| {
-            driver.wrap == Wrap::LagOf && driver.field == channels.rotation_name
+    let share_max = shape
+        .drivers
+        .first()
+        .filter(|driver| shape.acts == Acts::Bias && driver.field == channels.rotation_name)
+        .and_then(|driver| match driver.wrap {
+            Wrap::LagOf => Some(CREEP_MAX),
+            Wrap::BranchOf => Some(PLAY_MAX),
+            _ => None,
         });
-    if is_creep {
-        return coefficients.iter().all(|value| value.abs() <= CREEP_MAX);
+    if let Some(most) = share_max {
+        return coefficients.iter().all(|value| value.abs() <= most);
     }
     let is_filter = matches!(shape.form, Form::Delay)
         && shape.drivers.first().is_some_and(|driver| driver.wrap == Wrap::LagOf);
@@ -164,7 +173,7 @@ fn ends(columns: &[Vec<f64>], coefficients: &[f64]) -> [f64; 2] {
 mod tests {
     use super::is_physical;
     use crate::model::tests::channels;
-    use crate::model::{Acts, Driver, Form, Shape};
+    use crate::model::{Acts, Driver, Form, Shape, Wrap};
 
     #[test]
     fn a_bias_follows_an_acceleration_by_no_more_than_data_sheets_allow() {
@@ -191,6 +200,21 @@ mod tests {
         assert!(!is_physical(&bump, &channels, &column, &[0.33]));
         let constant = Shape::constant("scale_factor", Acts::Scale);
         assert!(is_physical(&constant, &channels, &[vec![1.0; 3]], &[0.33]));
+    }
+
+    #[test]
+    fn no_more_goes_through_a_play_than_all_of_what_is_measured() {
+        let mut channels = channels();
+        channels.of_sensor = true;
+        let driver = Driver::new(Wrap::BranchOf, &channels.rotation_name);
+        let play =
+            Shape::new("hysteresis", Acts::Bias, driver, Form::Linear).with("half_width", 0.4);
+        for gain in [1.0, 250.0, -0.01] {
+            channels.gain = gain;
+            let is_physical = |share: f64| is_physical(&play, &channels, &[], &[share * gain]);
+            assert!(is_physical(0.3) && is_physical(1.02), "{gain}");
+            assert!(!is_physical(-1.78), "{gain}");
+        }
     }
 
     #[test]
