@@ -90,3 +90,22 @@ fn a_heading_shows_degrees_for_radians() {
         assert_eq!(effects[0].name, "degrees_for_radians", "{effects:?}");
     }
 }
+
+/// Nothing was compared, and it was said that nothing is missing.
+#[test]
+fn one_heading_in_each_run_is_refused() {
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, (0..40).map(f64::from).collect()),
+        Column::new("gyro", Role::GyroRate, Unit::DegreePerSecond, vec![1.0; 40]),
+        Column::new(
+            "encoder",
+            Role::ReferenceHeading,
+            Unit::Degree,
+            (0..40).map(|row| if row % 10 == 9 { f64::from(row) } else { f64::NAN }).collect(),
+        ),
+    ];
+    let runs = (0..40).map(|row| row / 10).collect();
+    let dataset = Dataset::new("ends", Kind::Series, columns, runs);
+    let refused = identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap_err();
+    assert!(refused.to_string().contains("`encoder` has one value in each run"), "{refused}");
+}

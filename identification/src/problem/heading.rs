@@ -118,6 +118,13 @@ fn turned(
     turned
 }
 
+/// Whether a run has two headings, so that something is compared.
+pub(super) fn shows_turns(reference: &Column, channels: &Channels) -> bool {
+    let known = (0..channels.run.len()).filter(|&row| reference.values[row].is_finite());
+    let runs: Vec<usize> = known.map(|row| channels.run[row]).collect();
+    runs.windows(2).any(|two| two[0] == two[1])
+}
+
 /// A gyro on a robot whose heading was measured.
 pub(super) fn beside_odometry(dataset: &Dataset, channels: &mut Channels) -> Vec<Block> {
     let Some(reference) = dataset.column(Role::ReferenceHeading) else {

@@ -2,7 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, exposures, rate_unit};
-use super::heading::against_heading;
+use super::heading::{against_heading, shows_turns};
 use super::reference::{everywhere, known_around, noise_of};
 use super::{Acts, Block, Problem};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role};
@@ -69,6 +69,13 @@ pub(super) fn series(
         let block = match (reference_rate, reference_heading) {
             (Some(reference), _) => {
                 against_rate(dataset, rate, reference, &mut channels, &mut counts)
+            }
+            (None, Some(reference)) if !shows_turns(reference, &channels) => {
+                return Err(IdentifyError::Data(format!(
+                    "`{}` has one value in each run, which tells no turn: expected two or more, such as one at either \
+                     end",
+                    reference.name
+                )));
             }
             (None, Some(reference)) => against_heading(rate, reference, &mut channels, &mut counts),
             (None, None) => {
