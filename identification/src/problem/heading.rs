@@ -2,8 +2,8 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, exposures, rate_unit};
+use super::rate::{Rate, counts_per_unit, rates, steps};
 use super::reference::is_dense;
-use super::series::{Rate, counts_per_unit, rates, steps};
 use super::{Aggregate, Block, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role, Unit};
 use crate::signal::running_total;

@@ -8,6 +8,7 @@ mod heading;
 mod laps;
 mod path;
 mod pose;
+mod rate;
 mod reference;
 mod segments;
 mod sensor;

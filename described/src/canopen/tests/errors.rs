@@ -34,11 +34,7 @@ fn a_pdo_without_objects_is_not_sent() {
 #[test]
 fn what_the_history_of_errors_does_not_hold_cannot_be_read() {
     let toml = DRIVE.replace("value = 40\n", "value = 130\n");
-    let history = "[1003]\nParameterName=Errors\nObjectType=0x8\nSubNumber=2\n\
-                   [1003sub0]\nParameterName=Number\nDataType=5\nAccessType=rw\nDefaultValue=0\n\
-                   [1003sub1]\nParameterName=Last\nDataType=7\nAccessType=ro\n";
-    let eds = if EDS.contains("[1003]") { EDS.to_owned() } else { format!("{EDS}\n{history}") };
-    let mut bus = Bus::of(Arc::new(described(&toml, &eds).unwrap()));
+    let mut bus = Bus::of(Arc::new(described(&toml, EDS).unwrap()));
     bus.until(at_ms(100));
     assert_eq!(bus.transfer((0x1003, 1), None).unwrap()[..2], [0x10, 0x43]);
     bus.write((0x1003, 0), &[0]).unwrap();
