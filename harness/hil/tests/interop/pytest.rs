@@ -130,6 +130,7 @@ const AS_FROM_A_TERMINAL: &str = "import pytest, signal, sys; \
 /// A terminal sends Ctrl-C to all that runs in it, an editor to pytest alone. The run still sends its `finally` and leaves
 /// its files.
 #[test]
+#[expect(clippy::disallowed_methods, reason = "waits for another process")]
 fn ctrl_c_ends_the_run_in_order() {
     use rustix::process::{Pid, Signal, kill_process, kill_process_group};
     for interrupt in [kill_process_group, kill_process] {
