@@ -63,7 +63,7 @@ const OF_SCALE_MAX: f64 = 0.2;
 const CREEP_MAX: f64 = 0.3;
 
 /// Maximum share of the measured quantity that goes through a play: all of it, plus some scale error. Where the play is narrow
-/// against the motion only this times the width is told, and noise makes the share as large as it likes.
+/// against the motion, the readings show only this times the width, and noise can make the share of any size.
 const PLAY_MAX: f64 = 1.1;
 
 /// Whether the contribution of `shape` with `coefficients` is within the range. `columns` are its columns over the

@@ -84,7 +84,7 @@ fn against(
     })
 }
 
-/// Slope of the line of readings over the truth in these rows; 1 where there is none.
+/// Slope of the line of readings over the truth in these rows; 1 if they show no slope.
 fn gain(rows: &[usize], truth: &[f64], values: &[f64]) -> f64 {
     let Moments { xx, xy, .. } = Moments::of(rows.iter().map(|&row| (truth[row], values[row])));
     if xx > 0.0 && xy != 0.0 { xy / xx } else { 1.0 }
