@@ -82,7 +82,11 @@
 //! Fields follow one another without gaps. Their types are `u8` to `u64`, `i8` to `i64` (24 bits too), `f32` and
 //! `f64`. The checksum follows the fields, least significant byte first unless `checksum_order = "big"`, and covers
 //! everything after the start bytes unless `checksum_over = "all"`. In a line, the format after the colon is that of a
-//! number: sign, zeros, width, decimals (`{X:+08.3}`).
+//! number: sign, zeros, width, decimals (`{X:+08.3}`). A line with a `checksum` has its hexadecimal digits at `{checksum}`;
+//! it covers what is before it, or what is between the two characters of `checksum_between`.
+//!
+//! Two messages of one sender may look the same if they answer different requests: the last request tells them apart, see
+//! [`Decoder::overhear`].
 //!
 //! # Counters and checksums
 //!

@@ -56,6 +56,17 @@ fn the_example_of_counters_and_checksums_is_taken() {
     assert_eq!(counters[13..], [13, 14, 0]);
 }
 
+#[test]
+fn the_example_of_nmea_0183_is_taken() {
+    let blocks = PAGE.split("```toml\n").filter_map(|rest| rest.split_once("```"));
+    let sentence = blocks.map(|(block, _)| block).find(|block| block.contains("HEHDT"));
+    let text = format!("name = \"compass\"\n[serial]\nbaud = 4800\n{}", sentence.expect("TOML"));
+    let description = Description::parse("a.toml", &text, &mut |_| Err(String::new()));
+    let layout = description.unwrap_or_else(|error| panic!("{error}")).layout().clone();
+    let Ok(Transmit::Bytes(line)) = layout.encode(0, &[274.1]) else { panic!("a line") };
+    assert_eq!(line.as_slice(), b"$HEHDT,274.1,T*2F\r\n");
+}
+
 /// All messages of the device up to `until_ms`: time in ms, identifier, and bytes.
 fn said(device: &mut Device, until_ms: i64) -> Vec<(i64, u32, Vec<u8>)> {
     let mut said = Vec::new();

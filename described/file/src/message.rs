@@ -116,19 +116,21 @@ macro_rules! messages {
             pub fd: bool,
             /// Start bytes of a packet on a serial line.
             pub start: Option<Vec<u8>>,
-            /// Checksum at the end of a packet: `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`. As a table: a
-            /// checksum among the fields.
+            /// Checksum at the end of a packet: `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`. In a line of text
+            /// its hexadecimal digits are at `{checksum}`. As a table: a checksum among the fields.
             pub checksum: Option<ChecksumKind>,
             /// What the checksum covers.
             pub checksum_over: Option<ChecksumOver>,
+            /// The characters of a line of text between which the checksum covers it; by default all before the checksum.
+            pub checksum_between: Option<[char; 2]>,
             /// Byte order of the checksum.
             pub checksum_order: Option<ByteOrder>,
-            /// Line of text on a serial line, with `{Signal:.2}` in place of a number.
+            /// Line of text on a serial line, with `{Signal:.2}` in place of a number and `{checksum}` in place of its checksum.
             pub text: Option<String>,
             /// Fields, one after another.
             #[serde(default)]
             pub fields: Vec<FieldTable>,
-            $($(#[$about])* $key: $type,)+
+            $($(#[$about])* pub $key: $type,)+
         }
 
         impl MessageTable {

@@ -44,10 +44,14 @@ impl Message {
         self.protected.as_ref().is_some_and(|one| one.protection.counter.is_some())
     }
 
-    /// True if a checksum is filled in on sending: among its signals, or at the end of a packet.
+    /// True if a checksum is filled in on sending: among its signals, at the end of a packet, or in a line of text.
     pub fn has_checksum(&self) -> bool {
         self.protected.as_ref().is_some_and(|one| one.protection.seal.is_some())
-            || matches!(self.carrier, Carrier::Packet { trailer: Some(_), .. })
+            || match &self.carrier {
+                Carrier::Packet { trailer, .. } => trailer.is_some(),
+                Carrier::Line(line) => line.checksum().is_some(),
+                Carrier::Frame { .. } | Carrier::Parts { .. } => false,
+            }
     }
 
     /// The value of the signal at this position in the message `what`; `None` if the message does not carry it.
@@ -125,6 +129,12 @@ impl Message {
                 let sum = trailer.checksum.length();
                 let (_, sum) = data.split_at_mut(length.checked_sub(sum)?);
                 sum.iter_mut().for_each(|byte| *byte = !*byte);
+            }
+            (None, Carrier::Line(line)) => {
+                for digit in data.get_mut(line.digits(length)?)? {
+                    let value = char::from(*digit).to_digit(16)?;
+                    *digit = char::from_digit(15 - value, 16)?.to_ascii_uppercase() as u8;
+                }
             }
             _ => return None,
         }

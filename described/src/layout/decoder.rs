@@ -1,4 +1,6 @@
 //! Decodes frames and bytes to values. On a serial line it finds the next good message after damage.
+//!
+//! Answers that look the same are told apart by the [requests](Decoder::overhear) on the other way of the line.
 
 use super::message::{Carrier, Found, Message};
 use super::{Decoded, Layout, Sender};
@@ -26,6 +28,10 @@ pub struct Decoder {
     reassembly: Option<Box<Reassembly>>,
     /// The next byte is not in the middle of a line of text.
     line_begins: bool,
+    /// Decodes the requests that tell answers apart, if there are such.
+    requests: Option<Box<Decoder>>,
+    /// The last of these requests, until it is answered.
+    asked: Option<usize>,
     damaged: u64,
     checksum_failures: u64,
 }
@@ -38,6 +44,8 @@ impl Decoder {
             received: vec![Received::default(); layout.messages.len()],
             reassembly: layout.messages.iter().any(Message::is_in_parts).then(Box::default),
             line_begins: true,
+            requests: requests(&layout, sender),
+            asked: None,
             damaged: 0,
             checksum_failures: 0,
             layout,
@@ -139,6 +147,21 @@ impl Decoder {
         }
     }
 
+    /// Takes the bytes that came from the other end of the serial line: answers that look the same are told apart by the
+    /// last request.
+    pub fn overhear(&mut self, bytes: &[u8]) {
+        let Self { requests: Some(requests), layout, asked, .. } = self else { return };
+        let tells = |request: usize| {
+            let mut told_by = layout.messages.iter().filter_map(|message| message.told_by);
+            told_by.any(|told_by| told_by.request == request)
+        };
+        requests.bytes(bytes, &mut |request| {
+            if request.is_sound() && tells(request.message) {
+                *asked = Some(request.message);
+            }
+        });
+    }
+
     /// Discards partial messages, like a device that loses power.
     pub fn reset(&mut self) {
         self.buffer.clear();
@@ -146,6 +169,10 @@ impl Decoder {
             reassembly.reset();
         }
         self.line_begins = true;
+        self.asked = None;
+        if let Some(requests) = &mut self.requests {
+            requests.reset();
+        }
         self.received.fill(Received::default());
     }
 
@@ -171,6 +198,9 @@ impl Decoder {
                     let verdict = judge(known, packet, &mut self.received[message]);
                     at += length;
                     self.line_begins = true;
+                    if known.told_by.is_some_and(|told_by| !told_by.repeats) {
+                        self.asked = None;
+                    }
                     each(Decoded { message, form: known, values: &self.values, verdict });
                 }
                 Found::Beginning if self.buffer.len() - at < BYTES_MAX => break,
@@ -191,7 +221,8 @@ impl Decoder {
         let mut best = (0, Found::Nothing);
         for (index, message) in self.layout.messages.iter().enumerate() {
             let inside_a_line = matches!(message.carrier, Carrier::Line(_)) && !self.line_begins;
-            if inside_a_line || !hears(self.sender, message) {
+            let is_of_another = message.told_by.is_some_and(|by| Some(by.request) != self.asked);
+            if inside_a_line || is_of_another || !hears(self.sender, message) {
                 continue;
             }
             match (message.find(&self.buffer[at..], &mut self.values), &best.1) {
@@ -203,6 +234,17 @@ impl Decoder {
         }
         best
     }
+}
+
+/// The decoder of the other side's requests, if they tell messages of `sender` apart.
+fn requests(layout: &Layout, sender: Option<Sender>) -> Option<Box<Decoder>> {
+    let mut sent = layout.messages.iter().filter(|message| Some(message.sender) == sender);
+    let other = match sender? {
+        Sender::Device => Sender::Host,
+        Sender::Host => Sender::Device,
+    };
+    let is_needed = sent.any(|message| message.told_by.is_some());
+    is_needed.then(|| Box::new(Decoder::new(layout.clone(), Some(other))))
 }
 
 fn hears(sender: Option<Sender>, message: &Message) -> bool {

@@ -39,6 +39,17 @@ pub struct Message {
     pub(super) group: Option<Identifier>,
     /// Its counter and its checksum among the signals, if any.
     pub(crate) protected: Option<Protected>,
+    /// What tells it from other messages that look the same, if there are any.
+    pub(super) told_by: Option<ToldBy>,
+}
+
+/// The request that an answer follows, which tells it from answers to other requests.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct ToldBy {
+    /// Index of the request.
+    pub(super) request: usize,
+    /// The answer can be several messages.
+    pub(super) repeats: bool,
 }
 
 /// The protection of a message, and the signals that hold it.
@@ -91,6 +102,7 @@ impl Message {
             carrier,
             group: None,
             protected: None,
+            told_by: None,
         }
     }
 
@@ -125,6 +137,11 @@ impl Message {
     /// True if it is longer than a frame: J1939's transport protocol carries it.
     pub const fn is_in_parts(&self) -> bool {
         matches!(self.carrier, Carrier::Parts { .. })
+    }
+
+    /// True if another message looks the same, and the request that it answers tells them apart.
+    pub const fn is_told_by_request(&self) -> bool {
+        self.told_by.is_some()
     }
 
     /// Number of frames that carry it, including the announcement of a message in parts.
@@ -283,6 +300,7 @@ impl Message {
                 let mut numbers = Vec::with_capacity(self.signals.len());
                 match pattern.read(data, &mut numbers) {
                     Match::No => Found::Nothing,
+                    Match::WrongChecksum => Found::WrongChecksum,
                     Match::Partial => Found::Beginning,
                     Match::Whole(length) => {
                         let physical =

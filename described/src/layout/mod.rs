@@ -1,5 +1,6 @@
 //! Messages and their signals: physical values to bytes, and back.
 
+mod alike;
 mod altered;
 mod canopen;
 mod checksum;

@@ -18,6 +18,8 @@ pub(crate) enum Match {
     Whole(usize),
     /// They may become the line.
     Partial,
+    /// They are the line, but for its checksum.
+    WrongChecksum,
     /// They cannot become the line.
     No,
 }

@@ -4,8 +4,8 @@ use super::checksum::Trailer;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
 use super::signal::{Signal, Storage};
-use super::text::Pattern;
-use super::{Layout, Medium};
+use super::text::{Pattern, TextChecksum};
+use super::{Layout, Medium, alike};
 use crate::bits::BitField;
 use crate::error::Mistake;
 use crate::file::ByteOrder;
@@ -30,11 +30,8 @@ impl Layout {
         let mut messages: Vec<Message> = Vec::new();
         for (index, table) in tables.iter().enumerate() {
             let place = Place::file().key("message").index(index);
-            let message = message(table, serial.is_some(), &place)?;
-            for other in &messages {
-                distinct(&message, other, &place)?;
-            }
-            messages.push(message);
+            messages.push(message(table, serial.is_some(), &place)?);
+            alike::tell_apart(&mut messages, tables)?;
         }
         let medium = match serial {
             None => Medium::Can,
@@ -70,7 +67,11 @@ fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), 
     unused(
         place,
         "on CAN",
-        &[("start", table.start.is_some()), ("checksum", table.trailer().is_some())],
+        &[
+            ("start", table.start.is_some()),
+            ("checksum", table.trailer().is_some()),
+            ("checksum_between", table.checksum_between.is_some()),
+        ],
     )?;
     let raw = table.can_id.ok_or_else(|| {
         let message = format!("`{}` has no `can_id`, and the file no [serial]", table.name);
@@ -101,6 +102,7 @@ fn packet(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>),
             ("fd", table.fd),
         ],
     )?;
+    unused(place, "in a packet", &[("checksum_between", table.checksum_between.is_some())])?;
     let start = table.start.clone().unwrap_or_default();
     if start.is_empty() {
         let message = format!("`{}` has neither `start` nor `text`", table.name);
@@ -167,11 +169,13 @@ fn line(
         ("can_id", table.can_id.is_some()),
         ("fd", table.fd),
         ("start", table.start.is_some()),
-        ("checksum", table.trailer().is_some()),
+        ("checksum_over", table.checksum_over.is_some()),
+        ("checksum_order", table.checksum_order.is_some()),
     ];
     unused(place, "in a line of text", &of_packets)?;
-    let pattern =
-        Pattern::parse(text).map_err(|error| Mistake::new(place.key("text"), error.to_string()))?;
+    let checksum = text_checksum(table, place)?;
+    let pattern = Pattern::parse(text, checksum)
+        .map_err(|error| Mistake::new(place.key("text"), error.to_string()))?;
     let names: Vec<&str> = pattern.fields.iter().map(|field| field.name.as_str()).collect();
     for (index, field) in table.fields.iter().enumerate() {
         let place = place.key("fields").index(index);
@@ -214,6 +218,28 @@ fn line(
     Ok((Carrier::Line(pattern), signals))
 }
 
+/// The checksum of a line of text.
+fn text_checksum(table: &MessageTable, place: &Place) -> Result<Option<TextChecksum>, Mistake> {
+    let Some(name) = table.trailer() else {
+        unused(
+            place,
+            "without a checksum",
+            &[("checksum_between", table.checksum_between.is_some())],
+        )?;
+        return Ok(None);
+    };
+    let checksum = Checksum::at(name, &place.key("checksum"))?;
+    let byte = |end: char| {
+        let refused = || {
+            let text = format!("`{end}` is no ASCII character");
+            Mistake::new(place.key("checksum_between"), text)
+        };
+        u8::try_from(end).ok().filter(u8::is_ascii).ok_or_else(refused)
+    };
+    let between = table.checksum_between.map(|[first, last]| Ok([byte(first)?, byte(last)?]));
+    Ok(Some(TextChecksum { checksum, between: between.transpose()? }))
+}
+
 /// The signal of a field; `limits` are those of the number on the wire.
 fn signal(
     field: &FieldTable,
@@ -247,32 +273,6 @@ fn unused(place: &Place, where_: &str, keys: &[(&str, bool)]) -> Result<(), Mist
         }
         None => Ok(()),
     }
-}
-
-/// Two messages of one sender must differ in their beginnings.
-fn distinct(message: &Message, other: &Message, place: &Place) -> Result<(), Mistake> {
-    if message.name == other.name {
-        let text = format!("two messages have the name `{}`", message.name);
-        return Err(Mistake::new(place.key("name"), text));
-    }
-    let (key, alike) = match (&message.carrier, &other.carrier) {
-        (Carrier::Frame { id, .. }, Carrier::Frame { id: known, .. }) => ("can_id", id == known),
-        (Carrier::Packet { start, .. }, Carrier::Packet { start: known, .. }) => {
-            let prefix = start.starts_with(known) || known.starts_with(start);
-            ("start", prefix && message.sender == other.sender)
-        }
-        (Carrier::Line(text), Carrier::Line(known)) => {
-            ("text", text.is_like(known) && message.sender == other.sender)
-        }
-        _ => ("", false),
-    };
-    if alike {
-        let alike = if key == "text" { "are alike but for their numbers" } else { "begin alike" };
-        let text = format!("`{}` and `{}` {alike}", other.name, message.name);
-        return Err(Mistake::new(place.key(key), text)
-            .help(format!("each message that a side sends has a `{key}` of its own")));
-    }
-    Ok(())
 }
 
 impl Coding {

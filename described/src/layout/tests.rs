@@ -229,6 +229,7 @@ fn any_layout() -> impl Strategy<Value = Layout> {
             carrier: Carrier::Frame { id, length: 8, fd: None },
             group: None,
             protected: None,
+            told_by: None,
         };
         Layout::new(Medium::Can, vec![message])
     })

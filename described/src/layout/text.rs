@@ -2,17 +2,51 @@
 //!
 //! A pattern is text with fields in braces: `T={Temperature:.2} H={HeaterOn:.0}\r\n`. The colon is followed by
 //! optional parts: `+` (always a sign), `0` (padding with zeros instead of blanks), the width, and the number of
-//! decimals after a point. `{{` and `}}` are literal braces.
+//! decimals after a point. `{{` and `}}` are literal braces. `{checksum}` are the hexadecimal digits of a checksum, as in
+//! NMEA 0183: `$HEHDT,{Heading:.1},T*{checksum}\r\n`.
 
 use super::printed::{Format, Match, number_length};
+use crate::protection::Checksum;
+use std::ops::Range;
 use thiserror::Error;
 use wire::packet::Packet;
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// The name of the field that is the checksum.
+const CHECKSUM: &str = "checksum";
+
+#[derive(Debug, Clone, PartialEq)]
 enum Part {
     Literal(Vec<u8>),
     /// A number: the index of the field.
     Number(usize),
+    Digits(TextChecksum),
+}
+
+/// A checksum in upper-case hexadecimal digits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TextChecksum {
+    pub(crate) checksum: Checksum,
+    /// The characters between which it covers the line; `None` for all that is before it.
+    pub(crate) between: Option<[u8; 2]>,
+}
+
+impl TextChecksum {
+    const fn digits(self) -> usize {
+        2 * self.checksum.length()
+    }
+
+    /// The digits for a line that begins so.
+    fn of(self, before: &[u8]) -> String {
+        let covered = match self.between {
+            None => before,
+            Some([first, last]) => {
+                let from = before.iter().position(|byte| *byte == first).map_or(0, |at| at + 1);
+                let to = before.iter().rposition(|byte| *byte == last).unwrap_or(before.len());
+                before.get(from..to).unwrap_or_default()
+            }
+        };
+        format!("{:0width$X}", self.checksum.value(covered), width = self.digits())
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,7 +55,7 @@ pub(crate) struct Field {
     pub(crate) format: Format,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pattern {
     parts: Vec<Part>,
     pub(crate) fields: Vec<Field>,
@@ -40,10 +74,16 @@ pub(crate) enum PatternError {
     NoEnd,
     #[error("`{0}` stands in the line twice")]
     Twice(String),
+    #[error("the line has no `{{checksum}}`: it says where the digits are")]
+    NoChecksum,
+    #[error("behind `{{checksum}}` comes text alone")]
+    BehindChecksum,
+    #[error("`{0}` does not stand in the text before the checksum")]
+    NotBetween(char),
 }
 
 impl Pattern {
-    pub(crate) fn parse(text: &str) -> Result<Self, PatternError> {
+    pub(crate) fn parse(text: &str, checksum: Option<TextChecksum>) -> Result<Self, PatternError> {
         let mut pattern = Self { parts: Vec::new(), fields: Vec::new() };
         let mut literal = Vec::new();
         let mut rest = text;
@@ -58,11 +98,17 @@ impl Pattern {
             let field = brace.strip_prefix('{').ok_or(PatternError::Brace)?;
             let (field, after) = field.split_once('}').ok_or(PatternError::Brace)?;
             pattern.push_literal(&mut literal)?;
-            pattern.push_field(field)?;
+            match checksum.filter(|_| field == CHECKSUM) {
+                Some(checksum) => pattern.push_checksum(checksum)?,
+                None => pattern.push_field(field)?,
+            }
             rest = after;
         }
         literal.extend_from_slice(rest.as_bytes());
         pattern.push_literal(&mut literal)?;
+        if checksum.is_some() && pattern.checksum().is_none() {
+            return Err(PatternError::NoChecksum);
+        }
         match pattern.parts.last() {
             Some(Part::Literal(end)) if end.ends_with(b"\n") || end.ends_with(b"\r") => Ok(pattern),
             _ => Err(PatternError::NoEnd),
@@ -85,10 +131,34 @@ impl Pattern {
         Ok(())
     }
 
-    fn push_field(&mut self, field: &str) -> Result<(), PatternError> {
-        if let Some(Part::Number(index)) = self.parts.last() {
-            return Err(PatternError::Ambiguous(self.fields[*index].name.clone()));
+    fn push_checksum(&mut self, checksum: TextChecksum) -> Result<(), PatternError> {
+        self.ends_in_text()?;
+        let has = |wanted: u8| {
+            let mut parts = self.parts.iter();
+            parts.any(|part| matches!(part, Part::Literal(text) if text.contains(&wanted)))
+        };
+        if let Some(lacking) = checksum.between.into_iter().flatten().find(|end| !has(*end)) {
+            return Err(PatternError::NotBetween(char::from(lacking)));
         }
+        self.parts.push(Part::Digits(checksum));
+        Ok(())
+    }
+
+    /// Numbers and checksums have text before them.
+    fn ends_in_text(&self) -> Result<(), PatternError> {
+        if self.checksum().is_some() {
+            return Err(PatternError::BehindChecksum);
+        }
+        match self.parts.last() {
+            Some(Part::Number(index)) => {
+                Err(PatternError::Ambiguous(self.fields[*index].name.clone()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn push_field(&mut self, field: &str) -> Result<(), PatternError> {
+        self.ends_in_text()?;
         let (name, format) = field.split_once(':').unwrap_or((field, ""));
         let format = Format::parse(format).filter(|_| !name.is_empty());
         let format = format.ok_or_else(|| PatternError::Field(field.to_owned()))?;
@@ -104,6 +174,7 @@ impl Pattern {
     pub(crate) fn longest(&self, ends: impl Fn(usize) -> [f64; 2]) -> usize {
         let length = |part: &Part| match part {
             Part::Literal(text) => text.len(),
+            Part::Digits(checksum) => checksum.digits(),
             Part::Number(index) => {
                 let longest = ends(*index).map(|end| self.fields[*index].format.longest(end));
                 longest[0].max(longest[1])
@@ -118,6 +189,10 @@ impl Pattern {
         for part in &self.parts {
             let fits = match part {
                 Part::Literal(text) => line.extend(text),
+                Part::Digits(checksum) => {
+                    let digits = checksum.of(line.as_slice());
+                    line.extend(digits.as_bytes())
+                }
                 // Adding zero removes the sign of a negative zero, which no reader expects.
                 Part::Number(index) => {
                     self.fields[*index].format.print(numbers(*index) + 0.0, &mut line)
@@ -133,13 +208,24 @@ impl Pattern {
     /// Reads the line at the start of `data`, and stores its numbers in `numbers`.
     pub(crate) fn read(&self, data: &[u8], numbers: &mut Vec<f64>) -> Match {
         numbers.clear();
-        let mut at = 0;
+        let (mut at, mut is_sound) = (0, true);
         for part in &self.parts {
             let rest = &data[at..];
             at += match part {
                 Part::Literal(text) if rest.starts_with(text) => text.len(),
                 Part::Literal(text) if text.starts_with(rest) => return Match::Partial,
                 Part::Literal(_) => return Match::No,
+                Part::Digits(checksum) => {
+                    let digits = &rest[..checksum.digits().min(rest.len())];
+                    if !digits.iter().all(u8::is_ascii_hexdigit) {
+                        return Match::No;
+                    }
+                    if digits.len() < checksum.digits() {
+                        return Match::Partial;
+                    }
+                    is_sound = digits.eq_ignore_ascii_case(checksum.of(&data[..at]).as_bytes());
+                    digits.len()
+                }
                 Part::Number(index) => {
                     let padded = self.fields[*index].format.width > 0;
                     let length = match number_length(rest, padded) {
@@ -155,20 +241,36 @@ impl Pattern {
                 }
             };
         }
-        Match::Whole(at)
+        if is_sound { Match::Whole(at) } else { Match::WrongChecksum }
+    }
+
+    /// The checksum in the line, if it has one.
+    pub(crate) fn checksum(&self) -> Option<TextChecksum> {
+        self.parts.iter().find_map(|part| match part {
+            Part::Digits(checksum) => Some(*checksum),
+            _ => None,
+        })
+    }
+
+    /// The places of the checksum's digits in a line of this length.
+    pub(crate) fn digits(&self, length: usize) -> Option<Range<usize>> {
+        let digits = self.checksum()?.digits();
+        let Some(Part::Literal(end)) = self.parts.last() else { return None };
+        let end = length.checked_sub(end.len())?;
+        Some(end.checked_sub(digits)?..end)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Match, Pattern, PatternError};
+    use super::{Checksum, Match, Pattern, PatternError, TextChecksum};
     use proptest::prelude::*;
     use wire::packet::BYTES_MAX;
 
     const READING: &str = "T={Temperature:.2} H={HeaterOn:.0}\r\n";
 
     fn line(pattern: &str, numbers: &[f64]) -> String {
-        let packet = Pattern::parse(pattern).unwrap().write(|index| numbers[index]).unwrap();
+        let packet = Pattern::parse(pattern, None).unwrap().write(|index| numbers[index]).unwrap();
         String::from_utf8(packet.as_slice().to_vec()).unwrap()
     }
 
@@ -183,7 +285,7 @@ mod tests {
 
     #[test]
     fn what_is_no_pattern_says_why() {
-        let error = |text| Pattern::parse(text).unwrap_err();
+        let error = |text| Pattern::parse(text, None).unwrap_err();
         assert_eq!(error("T={a\n"), PatternError::Brace);
         assert_eq!(error("T=a}\n"), PatternError::Brace);
         assert_eq!(error("{a:.x}\n"), PatternError::Field("a:.x".to_owned()));
@@ -199,7 +301,7 @@ mod tests {
 
     #[test]
     fn a_line_is_read_when_it_is_whole() {
-        let pattern = Pattern::parse(READING).unwrap();
+        let pattern = Pattern::parse(READING, None).unwrap();
         let mut numbers = Vec::new();
         let whole = b"T=-2.5e1 H=0\r\n";
         for length in 0..whole.len() {
@@ -214,11 +316,51 @@ mod tests {
         }
     }
 
+    const HEADING: &str = "$HEHDT,{Heading:.1},T*{checksum}\r\n";
+
+    fn nmea() -> TextChecksum {
+        let checksum = Checksum::named("xor8").unwrap();
+        TextChecksum { checksum, between: Some([b'$', b'*']) }
+    }
+
+    #[test]
+    fn a_checksum_is_that_of_nmea_0183() {
+        let pattern = Pattern::parse(HEADING, Some(nmea())).unwrap();
+        let written = pattern.write(|_| 274.1).unwrap();
+        // The exclusive or of HEHDT,274.1,T.
+        assert_eq!(written.as_slice(), b"$HEHDT,274.1,T*2F\r\n");
+        assert_eq!(pattern.digits(written.len()), Some(15..17));
+        let mut numbers = Vec::new();
+        for (line, found) in [
+            ("$HEHDT,274.1,T*2F\r\n", Match::Whole(19)),
+            ("$HEHDT,274.2,T*2F\r\n", Match::WrongChecksum),
+            ("$HEHDT,274.1,T*2", Match::Partial),
+            ("$HEHDT,274.1,T*2G\r\n", Match::No),
+        ] {
+            assert_eq!(pattern.read(line.as_bytes(), &mut numbers), found, "{line}");
+        }
+        let lower = Checksum::named("crc16-modbus").unwrap();
+        let all = TextChecksum { checksum: lower, between: None };
+        let pattern = Pattern::parse("A{x:.0};{checksum}\n", Some(all)).unwrap();
+        let written = pattern.write(|_| 7.0).unwrap();
+        let small = written.as_slice().to_ascii_lowercase();
+        assert_eq!(pattern.read(&[b"A", &small[1..]].concat(), &mut numbers), Match::Whole(8));
+    }
+
+    #[test]
+    fn a_checksum_has_its_place() {
+        let error = |text| Pattern::parse(text, Some(nmea())).unwrap_err();
+        assert_eq!(error("$T{a}*\n"), PatternError::NoChecksum);
+        assert_eq!(error("$T{a}{checksum}\n"), PatternError::Ambiguous("a".to_owned()));
+        assert_eq!(error("$*{checksum},{a}\n"), PatternError::BehindChecksum);
+        assert_eq!(error("T{a}*{checksum}\n"), PatternError::NotBetween('$'));
+    }
+
     proptest! {
         #[test]
         fn what_is_printed_is_read(a in -1e9f64..1e9, b in -1e9f64..1e9, decimals in 0usize..6) {
             let pattern = format!("a={{a:+012.{decimals}}} b={{b:9.{decimals}}}\r\n");
-            let pattern = Pattern::parse(&pattern).unwrap();
+            let pattern = Pattern::parse(&pattern, None).unwrap();
             let packet = pattern.write(|index| [a, b][index]).unwrap();
             let mut numbers = Vec::new();
             let found = pattern.read(packet.as_slice(), &mut numbers);
@@ -233,7 +375,7 @@ mod tests {
             prop_oneof![any::<u8>(), prop::sample::select(b"T= H0123456789.+-e\r\n".to_vec())], 0..BYTES_MAX
         )) {
             let mut numbers = Vec::new();
-            if let Match::Whole(length) = Pattern::parse(READING).unwrap().read(&data, &mut numbers) {
+            if let Match::Whole(length) = Pattern::parse(READING, None).unwrap().read(&data, &mut numbers) {
                 prop_assert!(length <= data.len() && numbers.len() == 2);
             }
         }

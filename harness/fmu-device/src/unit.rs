@@ -200,7 +200,10 @@ impl Unit {
                 is_quiet = false;
                 match what {
                     Transmit::Frame(frame) => device.receive_frame(*now, &frame),
-                    Transmit::Bytes(packet) => device.receive_bytes(*now, packet.as_slice()),
+                    Transmit::Bytes(packet) => {
+                        decoder.overhear(packet.as_slice());
+                        device.receive_bytes(*now, packet.as_slice());
+                    }
                 }
             }
             while let Some(what) = device.transmit() {

@@ -168,6 +168,7 @@ mod tests {
             counter: false,
             checksum: false,
             in_parts: false,
+            told_by_request: false,
         };
         let nodes = vec![(Target::named("cells").unwrap(), LineKind::Can)];
         let lines = Lines { nodes, said: vec![said], ..Lines::default() };

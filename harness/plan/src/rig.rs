@@ -29,7 +29,7 @@
 //! | `devices` | the paper's robot or table of this device file, with its controller; its lines are `gyro` and `base` or `table` |
 //! | `[[line]]` | `can = { bit_rate, data_bit_rate, dbc }` with one DBC or an array of several, a classic bus without `data_bit_rate`, or `serial = {}`, whose settings are those of the device on it |
 //! | `message.NAME` of a line | counter and checksum of a message of its DBC: `counter`, `checksum` or `e2e` as in the description of a device |
-//! | `[[node]]` | `at`: a line, or several; one of `emulate` (and `set`: parameters of that one), `under_test`, `tester` and `replay = { log, channel }` |
+//! | `[[node]]` | `at`: a line, or several; one of `emulate` (and `set`: parameters of that one), `under_test` (and `described_by`: its messages), `tester` and `replay = { log, channel }` |
 //! | `virtual_time` | of a program under test: `wall_limit_s`, `processes_max`, `spin_questions`, `spin_step_s` |
 //! | `dbc_node` | the node's name in the DBC, if it differs |
 //!
@@ -188,21 +188,14 @@ pub struct RigNode {
     pub isotp: Option<IsoTp>,
 }
 
-impl NodePart {
-    /// The channel that the description of an emulated node states.
-    pub fn isotp(&self) -> Option<IsoTp> {
-        match self {
-            Self::Described(description) => description.isotp().cloned(),
-            _ => None,
-        }
-    }
-}
-
 impl RigNode {
     /// A node on the line of a plan's only device.
     fn of_device(name: &str, part: NodePart) -> Self {
         let virtual_time = VirtualTime::default();
-        let isotp = part.isotp();
+        let isotp = match &part {
+            NodePart::Described(description) => description.isotp().cloned(),
+            _ => None,
+        };
         Self { name: name.to_owned(), part, lines: vec![0], virtual_time, isotp }
     }
 }

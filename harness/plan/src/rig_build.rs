@@ -14,7 +14,7 @@ use crate::rig::{
 };
 use crate::speakers::Speaker;
 use described::hint;
-use described::{Dbc, Dbcs, Description, FileError, Layout, Medium, Place, Sender};
+use described::{Dbc, Dbcs, Description, FileError, IsoTp, Layout, Medium, Place, Sender};
 use miette::Diagnostic as _;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -183,9 +183,9 @@ impl<E: Cause> Builder<'_, E> {
             return Err(self.mistake(("node", NODES_MAX - 2, "name"), message, None).into());
         }
         let of_robot = self.rig.robot_lines();
-        // Emulated devices first: they determine the settings of a serial line and its messages.
+        // Devices with a description first: they determine the settings of a serial line and its messages.
         let order = |node: &NodeTable| {
-            usize::from(node.emulate.is_none()) + usize::from(node.tester == Some(true))
+            usize::from(node.description().is_none()) + usize::from(node.tester == Some(true))
         };
         let mut numbers: Vec<usize> = (0..file.nodes.len()).collect();
         numbers.sort_by_key(|number| order(&file.nodes[*number]));
@@ -214,10 +214,10 @@ impl<E: Cause> Builder<'_, E> {
                 let message = format!("`{name}` is on no line");
                 return Err(self.mistake(("node", number, "at"), message, None).into());
             }
-            let part = self.part(file, number, &lines)?;
+            let (part, channel) = self.part(file, number, &lines)?;
             self.check_ends(number, &lines, &built)?;
             let virtual_time = self.virtual_time(file, number)?;
-            let isotp = self.isotp(node, number)?.or_else(|| part.isotp());
+            let isotp = self.isotp(node, number)?.or(channel);
             let name = name.to_owned();
             built.push((number, RigNode { name, part, lines, virtual_time, isotp }));
         }
@@ -241,7 +241,13 @@ impl<E: Cause> Builder<'_, E> {
         self.rig.lines.get(line.checked_sub(self.rig.robot_lines())?)
     }
 
-    fn part(&mut self, file: &RigFile, number: usize, lines: &[usize]) -> Result<NodePart, E> {
+    /// A node's kind, and the channel for diagnostic requests that its description states.
+    fn part(
+        &mut self,
+        file: &RigFile,
+        number: usize,
+        lines: &[usize],
+    ) -> Result<(NodePart, Option<IsoTp>), E> {
         let node = &file.nodes[number];
         let said = [
             node.emulate.is_some(),
@@ -269,8 +275,19 @@ impl<E: Cause> Builder<'_, E> {
             let help = "`set` is of parameters of an `emulate`d device".to_owned();
             return Err(self.mistake(("node", number, "set"), message, Some(help)).into());
         }
-        if let Some(name) = &node.emulate {
-            return self.emulated(node, (number, name), lines);
+        if let (Some(_), None) = (&node.described_by, &node.under_test) {
+            let message = format!("`{}` is not under test", node.name);
+            let help = "`described_by` names the messages of a device under test".to_owned();
+            return Err(self.mistake(("node", number, "described_by"), message, Some(help)).into());
+        }
+        if let Some((key, name)) = node.description() {
+            let description = self.described(node, (number, key, name), lines)?;
+            let channel = description.isotp().cloned();
+            let part = match &node.under_test {
+                Some(how) => NodePart::UnderTest(how.clone()),
+                None => NodePart::Described(Arc::new(description)),
+            };
+            return Ok((part, channel));
         }
         let mut tester = None;
         for line in lines {
@@ -283,11 +300,11 @@ impl<E: Cause> Builder<'_, E> {
             self.speak(node, *line, layout, sender);
         }
         if let Some(replay) = &node.replay {
-            return self.replayed(number, replay, (node, lines));
+            return Ok((self.replayed(number, replay, (node, lines))?, None));
         }
         match (&node.under_test, tester) {
-            (Some(how), _) => Ok(NodePart::UnderTest(how.clone())),
-            (None, Some((layout, sender))) => Ok(NodePart::Tester(layout, sender)),
+            (Some(how), _) => Ok((NodePart::UnderTest(how.clone()), None)),
+            (None, Some((layout, sender))) => Ok((NodePart::Tester(layout, sender), None)),
             (None, None) => {
                 let message = format!("nothing is known of what `{}` could send", node.name);
                 let help =
@@ -297,12 +314,13 @@ impl<E: Cause> Builder<'_, E> {
         }
     }
 
-    fn emulated(
+    /// The description of a node, which determines the messages of its line.
+    fn described(
         &mut self,
         node: &NodeTable,
-        (number, description): (usize, &str),
+        (number, key, description): (usize, &'static str, &str),
         lines: &[usize],
-    ) -> Result<NodePart, E> {
+    ) -> Result<Description, E> {
         let load = self.parts.description;
         let mut description = load(self.library, description, &mut self.known)?;
         for (name, value) in &node.set {
@@ -312,13 +330,13 @@ impl<E: Cause> Builder<'_, E> {
         let layout = description.layout().clone();
         let of_robot = self.rig.robot_lines();
         let [line] = lines else {
-            let message = format!("`{}` is emulated from a file, on one line alone", node.name);
+            let message = format!("`{}` is described by a file, on one line alone", node.name);
             return Err(self.mistake(("node", number, "at"), message, None).into());
         };
         if let Some(line) = self.line(*line) {
             self.check_carries(line, &layout, ("node", number, "at"))?;
         }
-        self.check_agrees(&layout, (node, number), *line)?;
+        self.check_agrees(&layout, (node, number, key), *line)?;
         let known = line.checked_sub(of_robot).and_then(|place| self.rig.lines.get_mut(place));
         match (known, layout.medium()) {
             (
@@ -335,7 +353,7 @@ impl<E: Cause> Builder<'_, E> {
             }
         }
         self.speak(node, *line, layout, Sender::Device);
-        Ok(NodePart::Described(Arc::new(description)))
+        Ok(description)
     }
 
     fn speak(&mut self, node: &NodeTable, line: usize, layout: Layout, sender: Sender) {

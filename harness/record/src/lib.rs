@@ -113,6 +113,14 @@ impl Device {
         Self::Node(u8::try_from(bus).map_or(0, |bus| u8::MAX - bus))
     }
 
+    /// The devices under which the other ends of a speaker's line are recorded.
+    pub fn beside(rig: &Rig, speaker: &Speaker) -> Vec<Self> {
+        let others = rig
+            .ends()
+            .filter(|(node, line)| *line == speaker.line && rig.nodes[*node].name != speaker.node);
+        others.map(|(node, line)| Self::of_node(rig, node, line)).collect()
+    }
+
     /// The device under which a speaker of the rig is recorded; `None` if no node has its name.
     pub fn of_speaker(rig: &Rig, speaker: &Speaker) -> Option<Self> {
         let node = rig.nodes.iter().position(|node| node.name == speaker.node)?;
@@ -140,6 +148,13 @@ impl Record {
                 decoder.frame(frame).into_iter().for_each(each);
             }
             _ => {}
+        }
+    }
+
+    /// Shows the record's bytes to the decoder of the other end of their line.
+    pub fn overheard(&self, decoder: &mut Decoder) {
+        if let RecordKind::Bytes(bytes) = &self.kind {
+            decoder.overhear(bytes);
         }
     }
 }

@@ -159,7 +159,13 @@ impl Rig {
         for ear in &mut self.ears {
             // A stranger's frame counts as the frame of the node whose message it is.
             let strange = from == EndId::STRANGER && ear.judged;
-            if ear.line != line || (ear.end != from && !strange) {
+            if ear.line != line {
+                continue;
+            }
+            if ear.end != from && !strange {
+                if let Transmit::Bytes(packet) = what {
+                    ear.decoder.overhear(packet.as_slice());
+                }
                 continue;
             }
             let Ear { speaker, decoder, out_of_range, unexpected, .. } = ear;

@@ -35,6 +35,8 @@ pub(super) struct Replayed {
 struct Ear {
     /// Name in the record.
     who: Device,
+    /// The other ends of its line.
+    beside: Vec<Device>,
     /// Index among the speakers of the rig.
     speaker: usize,
     decoder: Decoder,
@@ -46,7 +48,8 @@ impl Replayed {
     pub(super) fn new(properties: &[Property], limits: Option<&Limits>, rig: &Rig) -> Self {
         let ear = |(speaker, one): (usize, &Speaker)| {
             let decoder = one.layout.decoder_for(one.sender);
-            Some(Ear { who: Device::of_speaker(rig, one)?, speaker, decoder })
+            let who = Device::of_speaker(rig, one)?;
+            Some(Ear { who, beside: Device::beside(rig, one), speaker, decoder })
         };
         Self {
             monitor: Monitor::new(properties, limits, &rig.speakers),
@@ -102,6 +105,8 @@ impl Replayed {
     /// Decodes bytes and frames of the rig's nodes as messages.
     fn read(&mut self, record: &Record) {
         let Self { ears, monitor, messages, latest, .. } = self;
+        let beside = ears.iter_mut().filter(|ear| ear.beside.contains(&record.device));
+        beside.for_each(|ear| record.overheard(&mut ear.decoder));
         let of = |ear: &&mut Ear| ear.who == record.device;
         let Some(Ear { speaker, decoder, .. }) = ears.iter_mut().find(of) else { return };
         let at = record.at.max(*latest);

@@ -33,6 +33,8 @@ pub struct Ears {
 #[derive(Debug)]
 struct Voice {
     device: Device,
+    /// The other ends of its line.
+    beside: Vec<Device>,
     name: String,
     /// Index of its first message among the forms.
     first: usize,
@@ -79,7 +81,8 @@ impl Ears {
             let Some(device) = Device::of_speaker(rig, speaker) else { continue };
             let decoder = speaker.layout.decoder_for(speaker.sender);
             let (name, first) = (speaker.node.clone(), all.len());
-            decoders.push(Voice { device, name, first, decoder });
+            let beside = Device::beside(rig, speaker);
+            decoders.push(Voice { device, beside, name, first, decoder });
             all.extend(forms(&speaker.layout));
         }
         Self { forms: all, hearing: Hearing::Rig(decoders) }
@@ -104,13 +107,25 @@ impl Ears {
                 base.take(record, &mut |index, values| told(device.name(), index, values));
             }
             Hearing::Device { device: of_device, host } => {
-                let decoder = if device == Device::Device { of_device } else { host };
+                let decoder = match device == Device::Device {
+                    true => of_device,
+                    false => {
+                        record.overheard(of_device);
+                        host
+                    }
+                };
                 record.messages(decoder, &mut |decoded| {
                     told(device.name(), decoded.message, decoded.values.to_vec());
                 });
             }
             Hearing::Rig(voices) => {
-                for voice in voices.iter_mut().filter(|voice| voice.device == record.device) {
+                for voice in voices {
+                    if voice.beside.contains(&device) {
+                        record.overheard(&mut voice.decoder);
+                    }
+                    if voice.device != device {
+                        continue;
+                    }
                     record.messages(&mut voice.decoder, &mut |decoded| {
                         told(&voice.name, voice.first + decoded.message, decoded.values.to_vec());
                     });

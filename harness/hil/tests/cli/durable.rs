@@ -5,9 +5,10 @@ use crate::hil::{ENDLESS, Hil, Ran, TURN};
 use record::reader::RecordError;
 use record::run_folder::{RECORD, RunFolder};
 use rustix::process::{Pid, Signal, kill_process};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use skips::in_time;
-use std::fs;
-use std::io::Write as _;
+use std::fs::{self, File};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::sync::mpsc;
@@ -167,6 +168,39 @@ fn an_emulator_whose_answers_nobody_reads_serves_on() {
     wait_for("the end", || child.try_wait().unwrap().is_some());
     assert!(child.wait().unwrap().success());
     drop(asking.join().unwrap());
+}
+
+/// Found by a user: whoever opened the port at a wrong rate read everything, and nothing said that a real line would be noise.
+#[test]
+fn an_emulator_tells_of_a_wrong_rate_at_its_pty() {
+    let hil = Hil::new();
+    let mut command = hil.command(&["emulate", "gyro", "--pty", "gyro"]);
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut ready = String::new();
+    BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut ready).unwrap();
+    let port = File::options().read(true).write(true).open(hil.path("gyro")).unwrap();
+    let set = |rate: u32| {
+        let mut settings = tcgetattr(&port).unwrap();
+        settings.set_speed(rate).unwrap();
+        tcsetattr(&port, OptionalActions::Now, &settings).unwrap();
+    };
+    set(4_800);
+    let mut warnings = BufReader::new(child.stderr.take().unwrap());
+    let mut warned = String::new();
+    warnings.read_line(&mut warned).unwrap();
+    let told = "the other side has set the gyro's port to 4800 baud, and the gyro speaks 9600";
+    assert!(warned.contains(told), "{warned}");
+    kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
+    assert!(child.wait().unwrap().success());
+    // Once is enough.
+    warned.clear();
+    warnings.read_to_string(&mut warned).unwrap();
+    assert_eq!(warned, "");
 }
 
 #[test]

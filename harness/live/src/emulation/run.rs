@@ -14,9 +14,13 @@ use ports::{PortError, PortSpec};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
+use std::time::Duration;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
+
+/// How often the rates are looked at that programs set at the ptys.
+const RATES_LOOKED_AT_EVERY: Duration = Duration::from_secs(1);
 
 /// Why devices cannot be emulated, or not any longer.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -39,7 +43,7 @@ pub enum EmulationError {
 
 /// Emulates devices until SIGINT or SIGTERM. Writes JSON lines to `out`: one for each port when all are open, the
 /// answers to requests on the standard input, and the counters at the end. A slow reader blocks nothing: beyond
-/// [`LINES_MAX`] lines answers are dropped. `warn` gets a line for that, and for ports that are lost or come back.
+/// [`LINES_MAX`] lines answers are dropped. `warn` gets a line for that, for ports that are lost or come back, and for a wrong rate at the other end of a pty.
 ///
 /// # Errors
 /// When a port cannot be opened or is lost for good, or `out` is closed.
@@ -73,6 +77,8 @@ async fn run_in_runtime(
     }
 
     let mut late_max = Span::ZERO;
+    let mut look = tokio::time::interval(RATES_LOOKED_AT_EVERY);
+    let mut wrong = None;
     loop {
         let now = clock.now();
         emulated.wake(now);
@@ -106,6 +112,13 @@ async fn run_in_runtime(
                     PortEvent::Break | PortEvent::Bus(_) | PortEvent::Down | PortEvent::Up
                     | PortEvent::Opened | PortEvent::Closed => {}
                 }
+            }
+            _ = look.tick() => {
+                let found = ports.wrong_rate(clock.now());
+                if let Some(why) = found.as_ref().filter(|_| found != wrong) {
+                    warn(why);
+                }
+                wrong = found;
             }
             asked = control.next() => {
                 let (id, request) = request::read(&asked.line);

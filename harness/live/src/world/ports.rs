@@ -220,7 +220,7 @@ impl Ports {
     }
 
     /// A message about a wrong rate set at the far side of a pty; `None` if the rate is right.
-    pub(super) fn wrong_rate(&mut self, now: Timestamp) -> Option<String> {
+    pub(crate) fn wrong_rate(&mut self, now: Timestamp) -> Option<String> {
         self.open.iter_mut().find_map(|OpenPort { plan, port, rate }| {
             let role = &plan.role;
             rate.wrong(now, port.far_baud()).map(|(set, right)| {

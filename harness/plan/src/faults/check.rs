@@ -170,6 +170,11 @@ fn message(fault: &Fault, lines: &Lines, at: &Place) -> Checked {
         let message = format!("`{}` goes in parts: no fault strikes it alone", said.message);
         return target(message, format!("strike its node `{}` or the line", said.node));
     }
+    if said.told_by_request {
+        let message =
+            format!("`{}` looks like another answer: no fault strikes it alone", said.message);
+        return target(message, format!("strike its node `{}` or the line", said.node));
+    }
     if fault.toward != Toward::Both {
         let message = format!("`{name}` has no direction: its node sends it");
         return Err(at.key("toward").mistake(message).help("leave `toward` out"));

@@ -61,6 +61,8 @@ pub struct Said {
     pub checksum: bool,
     /// Whether it spans several frames, so that no fault can act on it alone.
     pub in_parts: bool,
+    /// Whether only the request tells it from others, so that no fault can act on it alone.
+    pub told_by_request: bool,
 }
 
 impl Lines {
@@ -145,6 +147,7 @@ impl Said {
             counter: message.has_counter(),
             checksum: message.has_checksum(),
             in_parts: message.is_in_parts(),
+            told_by_request: message.is_told_by_request(),
         })
     }
 
@@ -153,7 +156,7 @@ impl Said {
     }
 
     fn targets(&self, share: Share) -> Vec<Target> {
-        if self.in_parts {
+        if self.in_parts || self.told_by_request {
             return Vec::new();
         }
         let whole = format!("{}.{}", self.node, self.message);

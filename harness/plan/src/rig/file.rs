@@ -84,6 +84,9 @@ pub struct NodeTable {
     /// It is the device under test.
     #[serde(default)]
     pub under_test: Option<UnderTest>,
+    /// The description of the device that is under test: its messages.
+    #[serde(default)]
+    pub described_by: Option<String>,
     /// Limits of its program in virtual time.
     #[serde(default)]
     pub virtual_time: Option<VirtualTime>,
@@ -99,6 +102,14 @@ pub struct NodeTable {
     /// Its name in the DBC of its line; its own, whatever the case of its letters, where this is absent.
     #[serde(default)]
     pub dbc_node: Option<String>,
+}
+
+impl NodeTable {
+    /// The description of its messages, and the key that names it.
+    pub fn description(&self) -> Option<(&'static str, &str)> {
+        let emulated = self.emulate.as_deref().map(|name| ("emulate", name));
+        emulated.or_else(|| Some(("described_by", self.described_by.as_deref()?)))
+    }
 }
 
 /// The log that plays a node's part, as it is written.

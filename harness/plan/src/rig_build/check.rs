@@ -35,7 +35,7 @@ impl<E: Cause> Builder<'_, E> {
     pub(super) fn check_agrees(
         &self,
         layout: &Layout,
-        (node, number): (&NodeTable, usize),
+        (node, number, key): (&NodeTable, usize, &'static str),
         line: usize,
     ) -> Result<(), LibraryError> {
         let own = line.checked_sub(self.rig.robot_lines());
@@ -47,7 +47,7 @@ impl<E: Cause> Builder<'_, E> {
             node.name, line.name
         );
         let help = format!("state it alike in both, or leave `message.{message}` out at the line");
-        Err(self.mistake(("node", number, "emulate"), text, Some(help)))
+        Err(self.mistake(("node", number, key), text, Some(help)))
     }
 
     /// Checks that no other tester on a bus has the messages of this one: the plan would send them as that one alone. A serial

@@ -22,8 +22,7 @@ impl<E: Cause> Builder<'_, E> {
         })
     }
 
-    /// The messages of a node that no file describes: according to its DBC, or as the other end of a device emulated
-    /// there.
+    /// The messages of a node that no file describes: according to its DBC, or as the other end of a described device.
     pub(super) fn words(
         &self,
         file: &RigFile,
@@ -88,6 +87,12 @@ impl<E: Cause> Builder<'_, E> {
         if node.under_test.is_none() {
             return Err(refuse(format!(
                 "`isotp` belongs to a node under test, and `{}` is not one",
+                node.name
+            )));
+        }
+        if let Some(description) = &node.described_by {
+            return Err(refuse(format!(
+                "`{description}`, which describes `{}`, has it",
                 node.name
             )));
         }

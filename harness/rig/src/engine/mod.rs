@@ -257,7 +257,8 @@ impl Engine {
         if self.ending.is_some() {
             return;
         }
-        if now >= self.plan_deadline {
+        // Of two limits that end together, the step's says more.
+        if now >= self.plan_deadline && self.plan_deadline < self.step_deadline {
             self.end(now, Outcome::Timeout, Some("the plan took longer than its limit".to_owned()));
         } else if now >= self.step_deadline {
             let why = match self.waiting {
