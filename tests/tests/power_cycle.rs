@@ -77,3 +77,41 @@ fn the_plan_goes_on_when_the_device_is_on_again() {
         }
     }
 }
+
+/// Found by a user: a wait for a signal of one node ended with the next frame of another, by a value from before the step: a
+/// controller that hung passed.
+#[test]
+fn a_wait_ends_with_a_value_of_its_own_time() {
+    let device = |name: &str, period: f64| {
+        format!(
+            "name = \"{name}\"\ntitle = \"\"\n[signal.P]\nexpression = \"1\"\n[[message]]\nname = \"M\"\nsent_by = \"device\"\n\
+             can_id = {}\nperiod_s = {period}\nfields = [{{ name = \"P\", type = \"u8\" }}]\n",
+            if name == "k" { 0x100 } else { 0x50 }
+        )
+    };
+    let node =
+        |name: &str| format!("[[node]]\nname = \"{name}\"\nat = \"can0\"\nemulate = \"{name}\"\n");
+    let rig = format!("[[line]]\nname = \"can0\"\ncan = {{}}\n{}{}", node("k"), node("j"));
+    for (condition, least_s) in [
+        ("above = { quantity = \"k.P\", limit = 0.5 }", 0.09),
+        ("steady = { quantity = \"k.P\", change_at_most = 0.1, over_s = 0.5 }", 0.09),
+        ("above = { quantity = \"k.P\", limit = 0.5, for_s = 0.5 }", 0.09),
+    ] {
+        let plan = format!(
+            "name = \"waits\"\ntitle = \"\"\nrig = \"two\"\nsteps = [{{ wait = {{ duration_s = 1 }} }}, \
+             {{ power_cycle = {{ device = \"k\", off_s = 5 }} }}, \
+             {{ wait_until = {{ {condition} }}, label = \"back\", time_limit_s = 3 }}]\n\
+             [[measurement]]\nname = \"took\"\ndoc = \"\"\nquantity = \"step.duration\"\n\
+             where = {{ \"during.back\" = 1 }}\nunit = \"s\"\ncheck = {{ all_within = [0, 3] }}\n"
+        );
+        let folder = project::of([
+            ("devices/k.toml", device("k", 0.1)),
+            ("devices/j.toml", device("j", 0.03)),
+            ("rigs/two.toml", rig.clone()),
+            ("plan.toml", plan),
+        ]);
+        let run = project::load(&folder, "plan.toml").unwrap().run().unwrap();
+        let took = run.value("took").unwrap();
+        assert!(took >= least_s && run.passed(), "{condition}: {took}");
+    }
+}

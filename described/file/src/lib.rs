@@ -218,7 +218,7 @@ pub struct SourceTable {
     pub value: Option<String>,
     /// Interpolate linearly between points; otherwise the value steps at each point.
     pub interpolate: Option<bool>,
-    /// Start again at the end.
+    /// Start again at the time of the last point, whose value is sent only as the end of an interpolation.
     pub repeat: Option<bool>,
     /// File with the identified model of a sensor, relative to this file. The source then gives the true value, and the
     /// model the sensor's error.

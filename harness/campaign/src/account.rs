@@ -3,6 +3,7 @@
 //! It is written when a campaign begins and again when it ends, so it shows whether a campaign was killed.
 
 use super::case::{Case, Repeated};
+use plan::faults::{FaultKind, Reach, Target};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
@@ -63,6 +64,15 @@ pub struct Struck {
     pub kind: String,
     /// The target.
     pub target: String,
+}
+
+impl Struck {
+    /// What a fault strikes; of messages and signals the node, which may have a thousand of them.
+    pub fn of(kind: FaultKind, target: &Target) -> Self {
+        let of_message = matches!(kind.info().reach, Reach::Message(_));
+        let target = if of_message { target.node() } else { target.name() };
+        Self { kind: kind.name().to_owned(), target: target.to_owned() }
+    }
 }
 
 /// The result of a campaign, beyond its journal.

@@ -240,7 +240,10 @@ fn at(
 ) -> Level {
     let fault = Fault { what: fault.what.with_severity(severity), ..fault.clone() };
     let job = |seed| {
-        let struck = Fault { when: begin(&fault, seed, settings), ..fault.clone() };
+        // Both directions of a kind that has them, in turns.
+        let is_reversed = fault.what.is_signed() && seed % 2 == 1;
+        let what = if is_reversed { fault.what.reversed() } else { fault.what };
+        let struck = Fault { what, when: begin(&fault, seed, settings), ..fault.clone() };
         let faults = if severity > 0.0 { vec![struck] } else { Vec::new() };
         Some(ended(&executor.execute(&Case { seed, schedule: Schedule { faults } })))
     };

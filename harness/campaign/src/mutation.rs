@@ -68,6 +68,13 @@ fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
     let step: f64 = spread * (random.random::<f64>() + random.random::<f64>() - 1.0);
     match random.random_range(0..3) {
         0 => {
+            if !fault.what.is_graded() {
+                let (least, greatest) = space.range(fault.target);
+                let value = fault.what.values().first().copied().unwrap_or_default();
+                let value = (value + step * 0.5 * (greatest - least)).clamp(least, greatest);
+                fault.what = fault.what.with_value(0, value);
+                return;
+            }
             let (least, greatest) = severities(fault.what);
             let size = (fault.what.severity().max(least) * step.exp()).clamp(least, greatest);
             fault.what = fault.what.with_severity(size);

@@ -36,10 +36,7 @@ impl Space {
     ) -> Self {
         let mut kinds = Vec::new();
         for info in FaultKind::all() {
-            // There may be a thousand signals, so faults of single messages are drawn only on request.
-            let is_asked = only.iter().any(|name| name == info.name);
-            let is_of_message = matches!(info.reach, Reach::Message(_));
-            if !is_asked && (is_of_message || !only.is_empty()) {
+            if !only.is_empty() && !only.iter().any(|name| name == info.name) {
                 continue;
             }
             for target in lines.targets(info.reach) {
@@ -74,6 +71,48 @@ impl Space {
         &self.kinds
     }
 
+    /// The kinds by what is drawn as often as others, by their indices: each kind on each target, but a kind of messages or
+    /// signals on each node, which may have a thousand of them.
+    pub(super) fn lanes(&self) -> Vec<Vec<usize>> {
+        let mut lanes: Vec<Vec<usize>> = Vec::new();
+        for (index, (target, kind)) in self.kinds.iter().enumerate() {
+            let is_of_message = matches!(kind.info().reach, Reach::Message(_));
+            let known = |lane: &&mut Vec<usize>| {
+                let (first, known) = &self.kinds[lane[0]];
+                known.name() == kind.name() && first.node() == target.node()
+            };
+            match lanes.iter_mut().find(known).filter(|_| is_of_message) {
+                Some(lane) => lane.push(index),
+                None => lanes.push(vec![index]),
+            }
+        }
+        lanes
+    }
+
+    /// The kind on this target with the severity at `share` of its range, in the other direction if `negative` and it has
+    /// one. The value of a signal is that share of its own range, or of the way back.
+    pub(super) fn sized(
+        &self,
+        (target, kind): (Target, FaultKind),
+        share: f64,
+        negative: bool,
+    ) -> FaultKind {
+        if !kind.is_graded() {
+            let (least, greatest) = self.range(target);
+            let share = if negative { 1.0 - share } else { share };
+            let (lowest, highest) = kind.info().parameters[0].range;
+            let value = least + (greatest - least) * share;
+            return kind.with_value(0, value.clamp(lowest, highest));
+        }
+        let sized = kind.with_severity(severity(kind, share));
+        if negative && kind.is_signed() { sized.reversed() } else { sized }
+    }
+
+    /// The range of the values of a signal that is a target.
+    pub(super) fn range(&self, target: Target) -> (f64, f64) {
+        self.lines.range(target).unwrap_or_default()
+    }
+
     /// The phases that a fault can be tied to, with their number of repetitions, up to the limit for drawing.
     pub fn phases(&self) -> &[(Name, u32)] {
         &self.phases
@@ -99,15 +138,22 @@ impl Space {
         schedule.beside(&self.plan.faults).fits(&self.plan, &self.lines).is_ok()
     }
 
-    /// Draws one fault: all kinds are equally likely, the severity is drawn over orders of magnitude.
+    /// Draws one fault: all kinds are equally likely, the severity is drawn over orders of magnitude, and both directions
+    /// of one that has them.
     pub fn fault(&self) -> BoxedStrategy<Fault> {
-        let (when, horizon) = (self.when(), self.horizon);
+        let (when, horizon, space) = (self.when(), self.horizon, self.clone());
         let toward = select(vec![Toward::Host, Toward::Device, Toward::Both]);
         let unit = || 0.0..1.0_f64;
-        (select(self.kinds.clone()), when, toward, unit(), unit())
-            .prop_map(move |((target, what), when, toward, size, lasting)| {
+        (select(self.lanes()), unit(), when, toward, unit(), unit())
+            .prop_map(move |(lane, which, when, toward, size, lasting)| {
+                let place = lane[(which * lane.len() as f64) as usize];
+                let (target, what) = space.kinds[place];
                 let info = what.info();
-                let what = what.with_severity(severity(what, size));
+                let (share, negative) = match what.is_signed() {
+                    true => ((2.0 * size - 1.0).abs(), size < 0.5),
+                    false => (size, false),
+                };
+                let what = space.sized((target, what), share, negative);
                 let duration = (info.lasts == Lasts::Scheduled).then(|| duration(horizon, lasting));
                 let toward = if info.reach.is_line() { toward } else { Toward::Both };
                 Fault { toward, when, duration, ..Fault::new(target, what) }
@@ -174,7 +220,7 @@ pub(super) fn duration(horizon: Span, share: f64) -> Span {
 mod tests {
     use super::{Plan, Space, Span};
     use crate::toy;
-    use plan::faults::{Fault, FaultKind, Lines, Schedule, Target, When};
+    use plan::faults::{Fault, FaultKind, LineKind, Lines, Said, Schedule, Target, When};
 
     #[test]
     fn what_is_at_odds_with_a_fault_of_the_plan_is_not_taken() {
@@ -188,6 +234,51 @@ mod tests {
         plan.faults = Schedule { faults: vec![Fault::new(Target::Gyro, restart)] };
         assert!(!space(&plan).takes(&stuck));
         assert!(space(&plan).kinds().contains(&(Target::Gyro, stuck.faults[0].what)));
+    }
+
+    /// Found by a user: values of signals were drawn from 1e8 to 1e12, and faults of messages and signals only on request.
+    #[test]
+    fn signals_take_turns_and_their_values_are_those_that_they_can_have() {
+        let said = |message: &str, least: f64, most: f64| Said {
+            node: "motor".to_owned(),
+            message: message.to_owned(),
+            line: LineKind::Can,
+            signals: vec!["Temp".to_owned(), "State".to_owned()],
+            ranges: vec![(least, most), (0.0, 7.0)],
+            counter: false,
+            checksum: false,
+            in_parts: false,
+            told_by_request: false,
+        };
+        let nodes = vec![(Target::named("motor").unwrap(), LineKind::Can)];
+        let said = vec![said("A", -40.0, 87.0), said("B", 5.0, 6.0)];
+        let lines = Lines { robot: None, host: false, nodes, said };
+        let plan = "name = \"p\"\ntitle = \"\"\nrig = \"r\"\nsteps = [{ wait = { duration_s = 1 } }]\n\
+            [[property]]\nname = \"on\"\nalways = \"motor.State > 0\"\n";
+        let plan = Plan::parse("p.toml", plan).unwrap();
+        let space = Space::new(&plan, lines, Span::from_secs(1), 4, &[]);
+        let of = |name: &str| space.kinds().iter().filter(|(_, kind)| kind.name() == name).count();
+        assert_eq!((of("signal_value"), of("stuck_signal"), of("frozen_message")), (4, 4, 2));
+        assert_eq!(space.lanes().iter().filter(|lane| lane.len() > 1).count(), 4);
+        for name in ["guided", "random"] {
+            let mut search: Box<dyn crate::Search> = match name {
+                "guided" => Box::new(crate::Guided::new(&space, 1)),
+                _ => Box::new(crate::Random::new(&space, 1)),
+            };
+            let mut temps = Vec::new();
+            for _ in 0..600 {
+                for fault in search.next().schedule.faults {
+                    if fault.what.name() == "signal_value" && fault.target.name() == "motor.A.Temp"
+                    {
+                        temps.push(fault.what.values()[0]);
+                    }
+                }
+            }
+            assert!(temps.iter().all(|value| (-40.0..=87.0).contains(value)), "{temps:?}");
+            let some =
+                |share: std::ops::RangeInclusive<f64>| temps.iter().any(|t| share.contains(t));
+            assert!(some(-40.0..=-20.0) && some(67.0..=87.0), "{name}: {temps:?}");
+        }
     }
 
     /// In a plan of 2 s, a third of the faults waited for longer than the run took.

@@ -3,12 +3,12 @@
 //! Independent draws see each of n kinds only after n ln n cases (coupon collector), and may keep one kind at its
 //! mildest for long. Here kinds are dealt from a shuffled deck, and each kind goes through phases, directions and
 //! severities separately: phases from a deck too, severities from the worst down in the van der Corput order (1, 1/2,
-//! 3/4, 1/4 ...), times of the run in steps of the golden ratio. An injected fault is a boundary value: most of its
-//! effects occur at its worst.
+//! 3/4, 1/4 ...), each in both directions if the kind has them, times of the run in steps of the golden ratio. An injected
+//! fault is a boundary value: most of its effects occur at its worst. Messages and signals take turns in their kinds.
 
 use super::case::Case;
 use super::search::Dice;
-use super::space::{Space, duration, severity, whole_ms};
+use super::space::{Space, duration, whole_ms};
 use plan::faults::{Fault, Lasts, Schedule, Toward, When};
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
@@ -28,6 +28,10 @@ const QUIET_MIN: f64 = 0.2;
 /// Progress of one kind through the space.
 #[derive(Debug, Clone)]
 struct Lane {
+    /// The kind on its targets: indices among the kinds of the space.
+    kinds: Vec<usize>,
+    /// Those whose turn it is, if there are several.
+    turns: Vec<usize>,
     /// Number of faults drawn.
     drawn: u64,
     /// Remaining phases; an index beyond them stands for a time of the run.
@@ -49,14 +53,16 @@ pub(super) struct Survey {
 
 impl Survey {
     pub(super) fn new(space: &Space, dice: &mut Dice) -> Self {
-        let lane = |_| Lane {
+        let lane = |kinds| Lane {
+            kinds,
+            turns: Vec::new(),
             drawn: 0,
             phases: Vec::new(),
             at: dice.random.random(),
             cases: 0,
             stirred: 0,
         };
-        let lanes = space.kinds().iter().map(lane).collect();
+        let lanes = space.lanes().into_iter().map(lane).collect();
         Self { space: space.clone(), lanes, deck: Vec::new() }
     }
 
@@ -84,12 +90,17 @@ impl Survey {
     /// The next fault; `None` in an empty space.
     pub(super) fn fault(&mut self, dice: &mut Dice) -> Option<Fault> {
         let index = self.kind(dice)?;
-        let (target, kind) = *self.space.kinds().get(index)?;
         let when = self.when(index, dice);
         let lane = self.lanes.get_mut(index)?;
         let number = lane.drawn;
         lane.drawn += 1;
-        let what = kind.with_severity(severity(kind, 1.0 - van_der_corput(number)));
+        let (target, kind) = *self.space.kinds().get(lane.turn(dice)?)?;
+        let (round, turn) = (number / lane.kinds.len() as u64, number % lane.kinds.len() as u64);
+        let (round, negative) = match kind.is_signed() {
+            true => (round / 2, (round + turn) % 2 == 1),
+            false => (round, false),
+        };
+        let what = self.space.sized((target, kind), 1.0 - van_der_corput(round), negative);
         let info = what.info();
         let lasting = dice.random.random();
         let whole = matches!(when, When::During { .. });
@@ -110,7 +121,8 @@ impl Survey {
                 *target == fault.target && kind.name() == fault.what.name()
             };
             let place = self.space.kinds().iter().position(is_it);
-            if let Some(lane) = place.and_then(|place| self.lanes.get_mut(place)) {
+            let lane = |lane: &&mut Lane| place.is_some_and(|place| lane.kinds.contains(&place));
+            if let Some(lane) = self.lanes.iter_mut().find(lane) {
                 lane.cases += 1;
                 lane.stirred += u32::from(stirred);
             }
@@ -155,6 +167,20 @@ impl Survey {
     }
 }
 
+impl Lane {
+    /// The kind and target whose turn it is.
+    fn turn(&mut self, dice: &mut Dice) -> Option<usize> {
+        if let [only] = self.kinds[..] {
+            return Some(only);
+        }
+        if self.turns.is_empty() {
+            self.turns.clone_from(&self.kinds);
+            self.turns.shuffle(&mut dice.random);
+        }
+        self.turns.pop()
+    }
+}
+
 /// Its multiples modulo one are as evenly spaced as possible (Weyl).
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
@@ -187,6 +213,25 @@ mod tests {
         let kinds: BTreeSet<_> = faults.iter().map(|f| (f.target, f.what.name())).collect();
         assert_eq!(kinds.len(), space.kinds().len());
         assert!(faults.iter().all(|fault| size(fault) > 0.999), "{faults:?}");
+    }
+
+    /// Found by a user: no fault was ever drawn in its negative direction.
+    #[test]
+    fn both_directions_come_at_their_worst() {
+        let space = space();
+        let mut dice = Dice::new(1);
+        let mut survey = Survey::new(&space, &mut dice);
+        let faults: Vec<_> =
+            (0..4 * space.kinds().len()).filter_map(|_| survey.fault(&mut dice)).collect();
+        let worst = |name: &str, sign: f64| {
+            faults.iter().any(|fault| {
+                let values = fault.what.values();
+                fault.what.name() == name && size(fault) > 0.999 && values[0] * sign > 0.0
+            })
+        };
+        for name in ["bias_step", "clock_step", "encoder_jump", "baud_drift"] {
+            assert!(worst(name, 1.0) && worst(name, -1.0), "{name}");
+        }
     }
 
     #[test]

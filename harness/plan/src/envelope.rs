@@ -13,6 +13,7 @@
 
 use crate::confidence::{Z_95, trials_min};
 use crate::faults::{Fault, FaultKind, Lines, Schedule, Target, kind_name_schema};
+use described::hint::proposal;
 use described::{Mistake, Place};
 use schemars::JsonSchema;
 use serde::de::Error as _;
@@ -105,6 +106,11 @@ impl DeclaredEnvelope {
                 self.kind.info().reach.targets().iter().map(|target| target.name()).collect();
             return Err(mistake("target", message, format!("it strikes: {}", known.join(", "))));
         }
+        if !self.kind.is_graded() {
+            let message = format!("`{}` has no severity", self.kind.name());
+            let help = "`signal_offset` has one, and `stuck_signal`".to_owned();
+            return Err(mistake("fault", message, help));
+        }
         let (least, most) = self.kind.severity_range();
         if !(self.at_least > least.max(0.0) && self.at_least <= most) {
             let message = format!("{}, expected above {least} and at most {most}", self.at_least);
@@ -131,9 +137,15 @@ impl DeclaredEnvelope {
         if struck_by(self.kind, self.target, lines).is_some() {
             return Ok(());
         }
-        let at = Place::file().key("envelope").index(index).key("fault");
+        let at = Place::file().key("envelope").index(index);
+        let known = lines.targets(self.kind.info().reach);
+        let known: Vec<&str> = known.iter().map(Target::name).collect();
+        if let Some(target) = self.target {
+            let message = format!("`{}` cannot strike `{}` here", self.kind.name(), target.name());
+            return Err(at.key("target").mistake(message).help(proposal(target.name(), &known)));
+        }
         let message = format!("`{}` can strike nothing on this bench", self.kind.name());
-        Err(at.mistake(message).help("`hil list faults` says what each strikes"))
+        Err(at.key("fault").mistake(message).help("`hil list faults` says what each strikes"))
     }
 }
 
@@ -165,6 +177,7 @@ mod tests {
             message: "Status".to_owned(),
             line: LineKind::Can,
             signals: vec!["Voltage".to_owned()],
+            ranges: vec![(0.0, 5.0)],
             counter: false,
             checksum: false,
             in_parts: false,

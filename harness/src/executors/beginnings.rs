@@ -228,7 +228,7 @@ mod tests {
         Arc::make_mut(&mut prepared.plan).properties = vec![Property::Always(tight)];
         let executor = Simulated::new(prepared.clone(), Answers::default());
         let mut stopped = 0;
-        for case in cases(&prepared, 60) {
+        for case in cases(&prepared, 200) {
             let whole = executor.execute(&case);
             for violated in &whole.violated {
                 let until = executor.execute_until(&case, &violated.property);

@@ -147,6 +147,12 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
             let (plan, outcome) = (printable(&summary.plan), summary.outcome.name());
             text += &format!("{plan}: {outcome}: {}\n", printable(reason));
         }
+        // The reason names what broke first.
+        let reason = summary.reason.as_deref().unwrap_or_default();
+        let broken = summary.properties.iter().filter(|one| one.is_broken());
+        for breach in broken.map(PropertySummary::breach).filter(|one| !reason.contains(one)) {
+            text += &format!("{}: {}\n", printable(&summary.plan), printable(&breach));
+        }
     }
     for summary in summaries {
         let measurements = summary.measurements.iter();

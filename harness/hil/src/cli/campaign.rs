@@ -94,7 +94,7 @@ pub(super) struct CampaignArguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Folder for the smallest cases, as plans. [default: the folder of the campaign]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["envelope", "envelopes"])]
     regressions: Option<PathBuf>,
     #[command(flatten)]
     pub(super) envelopes: EnvelopeArguments,
@@ -138,6 +138,12 @@ struct Begun {
 
 impl CampaignArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        // The parser forgives a missing `--envelope` beside options that exclude it.
+        if let Some(option) = self.envelopes.unused() {
+            let message =
+                format!("{option} says how an envelope is measured, and none is asked for");
+            return Err(Failure::arguments(message, "add --envelope KIND, or leave it out"));
+        }
         if !self.envelopes.is_asked() {
             self.outdate();
         }

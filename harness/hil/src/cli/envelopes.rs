@@ -37,27 +37,20 @@ pub(super) struct EnvelopeArguments {
     #[arg(long, value_name = "TARGET", requires = "envelope", conflicts_with = "envelopes")]
     target: Option<String>,
     /// Runs at each severity, at most; fewer if they decide it.
-    #[arg(
-        long,
-        value_name = "N",
-        requires = "envelope",
-        conflicts_with = "envelopes",
-        default_value_t = 400
-    )]
-    runs: u64,
-    /// Share of runs that must pass, at 95 % confidence, for a severity to be tolerated.
-    #[arg(
-        long,
-        value_name = "SHARE",
-        requires = "envelope",
-        conflicts_with = "envelopes",
-        default_value_t = 0.9
-    )]
-    share: f64,
+    /// [default: 400]
+    #[arg(long, value_name = "N", requires = "envelope", conflicts_with = "envelopes")]
+    runs: Option<u64>,
+    /// Share of runs that must pass, at 95 % confidence, for a severity to be tolerated. [default: 0.9]
+    #[arg(long, value_name = "SHARE", requires = "envelope", conflicts_with = "envelopes")]
+    share: Option<f64>,
     /// Fail unless at least this much is tolerated, in the unit of the fault kind.
     #[arg(long, value_name = "SEVERITY", requires = "envelope", conflicts_with = "envelopes")]
     at_least: Option<f64>,
 }
+
+/// Runs at each severity, at most, and the share of them that must pass, unless others are asked for.
+const RUNS: u64 = 400;
+const SHARE: f64 = 0.9;
 
 const FIGURES: &str = "envelopes.json";
 const JOURNAL: &str = "runs.jsonl";
@@ -85,6 +78,18 @@ impl EnvelopeArguments {
     /// Whether an envelope is requested instead of a search.
     pub(super) const fn is_asked(&self) -> bool {
         self.envelopes || self.envelope.is_some()
+    }
+
+    /// The first option that says how an envelope is measured, if no envelope is asked for.
+    pub(super) fn unused(&self) -> Option<&'static str> {
+        let given = [
+            (self.target.is_some(), "--target"),
+            (self.runs.is_some(), "--runs"),
+            (self.share.is_some(), "--share"),
+            (self.at_least.is_some(), "--at-least"),
+        ];
+        let given = given.into_iter().find(|(is_given, _)| *is_given);
+        given.filter(|_| !self.is_asked()).map(|(_, option)| option)
     }
 
     /// Measures the requested envelopes; the page and the figures go to `folder`.
@@ -148,18 +153,19 @@ impl EnvelopeArguments {
     fn one(&self, name: &str, prepared: &Prepared) -> Result<Asked, Failure> {
         let kind = kind(name)?;
         let fault = self.struck(kind, prepared)?;
+        let (runs, share) = (self.runs.unwrap_or(RUNS), self.share.unwrap_or(SHARE));
         let asked = DeclaredEnvelope {
             kind,
             target: None,
             // Where nothing is asked, any severity of the kind is one.
             at_least: self.at_least.unwrap_or(kind.severity_range().1),
-            share: self.share,
-            runs: self.runs,
+            share,
+            runs,
         };
         asked.sound().map_err(|Unsound { key, message, help }| {
             Failure::arguments(format!("--{}: {message}", key.replace('_', "-")), help)
         })?;
-        Ok(Asked { fault, at_least: self.at_least, share: self.share, runs: self.runs })
+        Ok(Asked { fault, at_least: self.at_least, share, runs })
     }
 
     fn struck(&self, kind: FaultKind, prepared: &Prepared) -> Result<Fault, Failure> {

@@ -72,7 +72,7 @@ fn pymodbus_reads_and_sets_a_drive() {
         let block = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
         std::fs::write(folder.path().join("drive.toml"), block).unwrap();
         let arguments = ["device", "drive.toml", "--port", "pty:drive.pty"];
-        let (mut device, _) = Emulated::start(folder.path(), &arguments);
+        let (device, _) = Emulated::start(folder.path(), &arguments);
         let script = file("tests/interop/modbus_client.py");
         let read = told(Command::new(python).arg(script).arg(folder.path().join("drive.pty")));
         assert_eq!(read["before"], json!([0, 20]));

@@ -32,7 +32,7 @@ pub enum Ride {
 }
 
 /// The lines of a rig and the nodes on them, as targets of faults.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lines {
     /// The paper's robot or table, if any.
     pub robot: Option<Ride>,
@@ -45,7 +45,7 @@ pub struct Lines {
 }
 
 /// A message that a node sends, as a target of faults.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Said {
     /// The node.
     pub node: String,
@@ -55,6 +55,8 @@ pub struct Said {
     pub line: LineKind,
     /// Its signals.
     pub signals: Vec<String>,
+    /// The range of each, in its unit.
+    pub ranges: Vec<(f64, f64)>,
     /// Whether it has a counter.
     pub counter: bool,
     /// Whether it has a checksum.
@@ -102,6 +104,14 @@ impl Lines {
         of.iter().copied().chain(nodes).collect()
     }
 
+    /// The range of the signal that is this target, in its unit; `None` if it is none.
+    pub fn range(&self, target: Target) -> Option<(f64, f64)> {
+        let part = target.part()?;
+        let (said, true) = self.said(target.node(), part).ok()? else { return None };
+        let name = part.rsplit('.').next()?;
+        said.ranges.get(said.signals.iter().position(|known| known == name)?).copied()
+    }
+
     /// The message of a node that `part` names, and whether `part` names a signal of it.
     ///
     /// # Errors
@@ -144,6 +154,7 @@ impl Said {
             message: message.name.clone(),
             line,
             signals: message.signals.iter().map(|signal| signal.name.clone()).collect(),
+            ranges: message.signals.iter().map(|one| (one.minimum, one.maximum)).collect(),
             counter: message.has_counter(),
             checksum: message.has_checksum(),
             in_parts: message.is_in_parts(),

@@ -140,6 +140,10 @@ impl<E: Cause> Builder<'_, E> {
         if file.nodes[..number].iter().any(|known| known.name.as_str() == name) {
             return refuse(format!("two nodes are called `{name}`"), None);
         }
+        if file.lines.iter().any(|line| line.name.as_str() == name) {
+            let help = "a fault with this target could mean either";
+            return refuse(format!("a line is called `{name}` too"), Some(help));
+        }
         let of_robot = self.rig.robot.is_some() && ["robot", "controller"].contains(&name);
         let kinds = [DEVICE, "signal", "period", "operator", "sdo", "uds", "host", "plan"];
         let prefix = quantities::NAMES.iter().any(|known| known.split('.').next() == Some(name));

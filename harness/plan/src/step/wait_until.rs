@@ -12,7 +12,8 @@ use serde::Deserialize;
 use std::fmt;
 use wire::time::Span;
 
-/// Something to wait for. The quantity is one that is seen at rest: `gyro.temperature`, `gyro.rate`.
+/// Something to wait for, at a value that comes during the step: what was known before counts only in a window. Of the paper's
+/// robot, the quantity is one that is seen at rest: `gyro.temperature`, `gyro.rate`.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Condition {

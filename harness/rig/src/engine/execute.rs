@@ -70,7 +70,7 @@ impl Engine {
     }
 
     fn next_step(&mut self, now: Timestamp) {
-        if let Some((_, since)) = self.step.take() {
+        if let Some((_, since, _)) = self.step.take() {
             let duration_s = (now - since).as_secs_f64();
             self.observe(now, |collector| collector.add(&q::STEP_DURATION, duration_s, 0.0, &[]));
             let path = self.program.place();
@@ -109,14 +109,15 @@ impl Engine {
                 self.observe(now, |collector| collector.gaps(gaps, OPEN_AT_STEP));
                 self.tags = tags;
                 self.reactions.step_began(now, &self.tags);
-                self.step_deadline = (now + step.time_limit()).min(self.program.deadline());
+                let until = now + step.time_limit();
+                self.step_deadline = until.min(self.program.deadline());
                 self.answer_limit = step.answer_limit();
                 self.record(RecordKind::StepBegan {
                     path: self.program.place(),
                     title: step.action.to_string(),
                 });
                 self.phases.step_began(&self.program, &mut self.actions);
-                self.step = Some((step.action.clone(), now));
+                self.step = Some((step.action.clone(), now, until));
                 let known = match &self.robot {
                     None => Known::default(),
                     Some(robot) => Known {

@@ -60,8 +60,8 @@ pub struct Engine {
     program: Program,
     ops: VecDeque<Op>,
     waiting: Waiting,
-    /// The step in progress, when it began, and its limit.
-    step: Option<(StepAction, Timestamp)>,
+    /// The step in progress, when it began, its own limit, and the nearest one.
+    step: Option<(StepAction, Timestamp, Timestamp)>,
     step_deadline: Timestamp,
     /// Limit of each answer to a mission of this step, unless the plan gives the step a limit: that of the step may be a
     /// person's.
@@ -258,7 +258,8 @@ impl Engine {
             return;
         }
         // Of two limits that end together, the step's says more.
-        if now >= self.plan_deadline && self.plan_deadline < self.step_deadline {
+        let is_own = self.step.as_ref().is_some_and(|(_, _, until)| *until <= self.plan_deadline);
+        if now >= self.plan_deadline && !is_own {
             self.end(now, Outcome::Timeout, Some("the plan took longer than its limit".to_owned()));
         } else if now >= self.step_deadline {
             let why = match self.waiting {
@@ -312,7 +313,10 @@ impl Engine {
                 took.into_iter().for_each(|took| collector.reaction(took));
             });
         }
-        if self.ends_wait() {
+        // What was known before the step shows nothing of a node that has fallen silent.
+        let is_old = matches!(&self.waiting, Waiting::Condition(condition)
+            if brought.iter().all(|(name, _)| name != condition.quantity().as_str()));
+        if !is_old && self.ends_wait() {
             self.advance(now);
         }
     }
@@ -348,7 +352,7 @@ impl Engine {
 
     fn place(&self) -> String {
         match &self.step {
-            Some((action, _)) => format!("{} ({action})", self.program.place()),
+            Some((action, ..)) => format!("{} ({action})", self.program.place()),
             None => self.program.place(),
         }
     }

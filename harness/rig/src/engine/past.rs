@@ -14,7 +14,7 @@ pub(super) struct Past {
     span: Span,
     /// The values are known from here on.
     since: Option<Timestamp>,
-    last: Option<Timestamp>,
+    last: Option<(Timestamp, f64)>,
     lows: VecDeque<(Timestamp, f64)>,
     highs: VecDeque<(Timestamp, f64)>,
 }
@@ -27,8 +27,14 @@ impl Past {
 
     pub(super) fn add(&mut self, now: Timestamp, value: f64) {
         self.since.get_or_insert(now);
-        self.last = Some(now);
         let from = now - self.span;
+        if let Some((last, kept)) = self.last.filter(|(last, _)| *last < from) {
+            // A signal keeps its value until its next message: before a window without one, it had this.
+            let until = (now - Span::from_nanos(1)).max(last);
+            put(&mut self.lows, (until, kept), from, |lower| lower < kept);
+            put(&mut self.highs, (until, kept), from, |higher| higher > kept);
+        }
+        self.last = Some((now, value));
         put(&mut self.lows, (now, value), from, |kept| kept < value);
         put(&mut self.highs, (now, value), from, |kept| kept > value);
         for queue in [&mut self.lows, &mut self.highs] {
@@ -46,7 +52,7 @@ impl Past {
 
     /// Smallest and largest value of the last `span`, or `None` if the values are not known for so long.
     pub(super) fn range(&self, span: Span) -> Option<(f64, f64)> {
-        let from = self.last? - span;
+        let from = self.last?.0 - span;
         if self.since? > from {
             return None;
         }
@@ -98,6 +104,23 @@ mod tests {
         assert_eq!(past.range(Span::from_secs(2)), None);
     }
 
+    /// Found by a user: after five seconds without power, the first value alone was called steady for half a second.
+    #[test]
+    fn a_silence_is_as_steady_as_the_value_before_it() {
+        let mut past = Past::default();
+        past.reach(Span::from_millis(500));
+        for ms in [0, 500, 1_000] {
+            past.add(at(ms), 300.0);
+        }
+        past.add(at(6_050), 0.0);
+        assert_eq!(past.range(Span::from_millis(500)), Some((0.0, 300.0)));
+        assert_eq!(past.range(Span::ZERO), Some((0.0, 0.0)));
+        past.add(at(6_300), 1.0);
+        assert_eq!(past.range(Span::from_millis(500)), Some((0.0, 300.0)));
+        past.add(at(6_600), 1.0);
+        assert_eq!(past.range(Span::from_millis(500)), Some((1.0, 1.0)));
+    }
+
     /// A steady 1 kHz signal took a million values, and a window of more was never known.
     #[test]
     fn a_long_window_of_a_fast_signal_is_known_and_takes_little() {
@@ -129,14 +152,23 @@ mod tests {
         ) {
             let mut past = Past::default();
             spans.iter().for_each(|&ms| past.reach(Span::from_millis(ms)));
+            let longest = spans.iter().max().copied().unwrap_or_default();
             let (mut now, mut all) = (0, Vec::new());
             for (passed, value) in steps {
                 now += passed;
                 let value = f64::from(value);
                 past.add(at(now), value);
-                all.push((now, value));
+                // What was there before a longer silence was there until just now.
+                if let Some((_, kept, _)) = all.last().filter(|_| passed > longest).copied() {
+                    all.push((now, kept, true));
+                }
+                all.push((now, value, false));
                 for &span in &spans {
-                    let inside = all.iter().filter(|(at, _)| at + span >= now).map(|(_, value)| *value);
+                    let is_inside = |until: i64, is_kept: bool| {
+                        if is_kept { until + span > now } else { until + span >= now }
+                    };
+                    let inside = all.iter().filter(|(until, _, kept)| is_inside(*until, *kept));
+                    let inside = inside.map(|(_, value, _)| *value);
                     let expected = (all[0].0 + span <= now).then(|| {
                         inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                             (low.min(value), high.max(value))

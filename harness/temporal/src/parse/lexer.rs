@@ -75,6 +75,7 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
     if first.is_alphabetic() || first == '_' {
         let part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
         let length = rest.find(|c| !part(c)).unwrap_or(rest.len());
+        let length = hyphenated(rest, length).unwrap_or(length);
         return Ok((Token::Name(&rest[..length]), start..start + length));
     }
     if first == '"' {
@@ -97,6 +98,20 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
     Err(mistake.help("names have letters, digits, `_` and `.`"))
 }
 
+/// Length of a signal whose node has hyphens in its name, `left-door.Open`, if the word of this length begins one. Nothing
+/// else is written so: what a difference is of has a node before a point, or is a number.
+fn hyphenated(rest: &str, length: usize) -> Option<usize> {
+    let (word, behind) = rest.split_at(length);
+    let more = behind.strip_prefix('-')?;
+    let node = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || matches!(c, '-' | '_');
+    let (node, signal) = more.split_at(more.find(|c| !node(c))?);
+    let is_name = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
+    let signal = &signal[..signal.find(|c| !is_name(c)).unwrap_or(signal.len())];
+    let is_node = !node.is_empty() && !word.contains('.') && !KEYWORDS.contains(&word);
+    (is_node && signal.len() > 1 && signal.starts_with('.'))
+        .then_some(length + 1 + node.len() + signal.len())
+}
+
 /// The word after a number that may be its unit: letters, `%`, `°`, and digits, `/` or `*` inside; or `1/` and such a
 /// word.
 pub(super) fn unit_word(text: &str, from: usize) -> Option<Range<usize>> {
@@ -113,4 +128,28 @@ pub(super) fn unit_word(text: &str, from: usize) -> Option<Range<usize>> {
     let word = rest[..length].trim_end_matches(between);
     let letters = word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len());
     (!KEYWORDS.contains(&&word[..letters]) || word == "min").then_some(start..start + word.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Token, token};
+
+    fn first(text: &str) -> Token<'_> {
+        token(text, 0).unwrap().0
+    }
+
+    /// Found by a user: `k-rper.Mode` was read as `k` minus `rper.Mode`, and no writing of the name was taken.
+    #[test]
+    fn a_node_may_have_hyphens() {
+        for name in ["k-rper.Mode", "left-door-2.Lock.State", "a-_b.C"] {
+            assert_eq!(first(&format!("{name} > 1")), Token::Name(name));
+            assert_eq!(first(&format!("{name}-x.Y")), Token::Name(name), "then it is a difference");
+        }
+        for (text, name) in
+            [("a.B-c.D", "a.B"), ("a - b.C", "a"), ("a-b", "a"), ("a-2", "a"), ("not-a.B", "not")]
+        {
+            assert_eq!(first(text), Token::Name(name), "{text}");
+        }
+        assert_eq!(first("5-b.C"), Token::Number(5.0));
+    }
 }

@@ -45,10 +45,13 @@ impl CampaignArguments {
         place: Place<'_>,
     ) -> Result<Kept, Failure> {
         let plan = &task.prepared.plan;
-        let struck = |(target, kind): &(plan::faults::Target, plan::faults::FaultKind)| Struck {
-            kind: kind.name().to_owned(),
-            target: target.name().to_owned(),
-        };
+        let mut kinds: Vec<Struck> = Vec::new();
+        for (target, kind) in space.kinds() {
+            let struck = Struck::of(*kind, target);
+            if !kinds.contains(&struck) {
+                kinds.push(struck);
+            }
+        }
         let account = Account {
             plan: plan.name.as_str().to_owned(),
             title: plan.title.clone(),
@@ -59,7 +62,7 @@ impl CampaignArguments {
             carried_out_by: place.carried_out_by,
             replay: place.replay.to_owned(),
             horizon_s: space.horizon().as_secs_f64(),
-            kinds: space.kinds().iter().map(struck).collect(),
+            kinds,
             phases: phases(plan, space),
             labels: plan.labels(),
             states: states.keys().cloned().collect(),

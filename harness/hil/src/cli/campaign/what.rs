@@ -78,11 +78,10 @@ fn short(id: CaseId) -> String {
     id.to_string().chars().take(16).collect()
 }
 
-/// The program that a command starts. One from the search path may be an interpreter: then also the first file among its
-/// arguments, which is the script. Others may be what the program writes.
+/// The program that a command starts, and the first file among its arguments: the script of an interpreter, or what another
+/// program is given. Further ones may be what it writes.
 fn files(words: &[String]) -> Vec<PathBuf> {
     let Some((program, arguments)) = words.split_first() else { return Vec::new() };
-    let is_own = program.contains('/');
-    let script = arguments.iter().map(PathBuf::from).find(|path| !is_own && path.is_file());
+    let script = arguments.iter().map(PathBuf::from).find(|path| path.is_file());
     find(Path::new(program)).into_iter().chain(script).collect()
 }

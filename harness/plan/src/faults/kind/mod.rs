@@ -143,6 +143,23 @@ impl FaultKind {
         self.with_value(0, (severity.abs() * sign).clamp(least, greatest))
     }
 
+    /// Whether its severity has a direction: the first parameter can be negative.
+    pub fn is_signed(&self) -> bool {
+        self.info().parameters.first().is_some_and(|first| first.range.0 < 0.0)
+    }
+
+    /// The same kind in the other direction.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        let first = self.values().first().copied().unwrap_or_default();
+        self.with_value(0, -first)
+    }
+
+    /// Whether more of its first parameter is worse; the value of a signal is not.
+    pub const fn is_graded(&self) -> bool {
+        !matches!(self, Self::SignalValue { .. })
+    }
+
     /// The useful severities: from the smallest with an effect to the greatest.
     pub fn severity_range(&self) -> (f64, f64) {
         self.info()

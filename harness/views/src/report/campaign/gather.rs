@@ -88,7 +88,7 @@ impl Gathered {
             .schedule
             .faults
             .iter()
-            .map(|fault| (struck(fault), Column::of(fault, &self.labels)))
+            .map(|fault| (Struck::of(fault.what, &fault.target), Column::of(fault, &self.labels)))
             .collect();
         for key in what {
             self.tried.entry(key).or_default().count(broke);
@@ -104,8 +104,4 @@ impl Gathered {
             points.push((line.number as f64, *margin));
         }
     }
-}
-
-fn struck(fault: &Fault) -> Struck {
-    Struck { kind: fault.what.name().to_owned(), target: fault.target.name().to_owned() }
 }
