@@ -1,12 +1,18 @@
-//! Rows of a run in the order of their time: repeated rows are dropped and late ones put in their place.
+//! Rows of a run in the order of their time: repeated rows are dropped, late ones put in their place, and repeated times forgotten.
 
 use super::table::Rows;
 
-/// One row in this many of a run may be late, and by no more than that share of the run: more is a clock that was set.
+/// One row in this many of a run may be late, and by no more than that share of the run: more is a clock that was set. As many may
+/// say the time of the row before: more is a clock that is coarser than the rows.
 const LATE: usize = 20;
 
 /// Puts the rows `order` selects in order of `time`, a column of `rows`, within each run.
-pub(super) fn in_time(rows: &Rows, time: usize, order: &mut Vec<usize>, notices: &mut Vec<String>) {
+pub(super) fn in_time(
+    rows: &mut Rows,
+    time: usize,
+    order: &mut Vec<usize>,
+    notices: &mut Vec<String>,
+) {
     let mut moved = 0;
     let mut start = 0;
     while start < order.len() {
@@ -24,6 +30,28 @@ pub(super) fn in_time(rows: &Rows, time: usize, order: &mut Vec<usize>, notices:
         let repeated = before - order.len();
         notices.push(format!("{repeated} rows are left out: they repeat the row before"));
     }
+    let doubtful = order.chunk_by(|a, b| rows.runs[*a] == rows.runs[*b]);
+    let doubtful: Vec<usize> =
+        doubtful.flat_map(|run| at_one_time(&rows.columns[time], run)).collect();
+    if !doubtful.is_empty() {
+        let count = doubtful.len();
+        notices.push(format!("{count} rows say the time of the row before: their own is unknown"));
+    }
+    doubtful.into_iter().for_each(|row| rows.columns[time][row] = f64::NAN);
+}
+
+/// The rows of one run that say the time of the row before; none where too many do.
+fn at_one_time(times: &[f64], run: &[usize]) -> Vec<usize> {
+    let mut last = f64::NAN;
+    let mut found = Vec::new();
+    for &row in run.iter().filter(|row| !times[**row].is_nan()) {
+        if times[row] == last {
+            found.push(row);
+        }
+        last = times[row];
+    }
+    found.truncate(if found.len() > run.len() / LATE { 0 } else { found.len() });
+    found
 }
 
 /// Sorts the rows of one run by their times; the number that were late. Nothing is moved where too many are.

@@ -7,7 +7,7 @@ use super::table::{Origin, Rows};
 use identification::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 
 /// Makes a data set of all rows, with notices of what was left out or corrected.
-pub(super) fn assemble(package: Package, rows: Rows) -> Result<Dataset, DatasetError> {
+pub(super) fn assemble(package: Package, mut rows: Rows) -> Result<Dataset, DatasetError> {
     let mut notices = package.notices.clone();
     notices.extend(ignored(&package.fields));
     for table in &rows.unended {
@@ -20,7 +20,7 @@ pub(super) fn assemble(package: Package, rows: Rows) -> Result<Dataset, DatasetE
     let mut order = together(&rows, &mut notices);
     let time = package.fields.iter().position(|field| field.role == Role::Time);
     if let Some(time) = time.filter(|_| package.kind.is_sampled()) {
-        in_time(&rows, time, &mut order, &mut notices);
+        in_time(&mut rows, time, &mut order, &mut notices);
     }
     let mut set = Working { package: &package, rows, order };
     set.leave_out_incomplete(&mut notices)?;

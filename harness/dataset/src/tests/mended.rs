@@ -262,9 +262,38 @@ fn a_row_that_is_repeated_counts_once() {
     let set = twice.read().unwrap();
     assert_eq!(set.columns, right.columns);
     says(&set, "30 rows are left out: they repeat the row before");
-    // Of two readings at one time neither is the right one.
-    let other = long(|lines| lines.insert(9, "8,4.5,0".to_owned()));
-    assert!(other.read().unwrap_err().to_string().contains("time stands still"));
+}
+
+#[test]
+fn a_row_at_the_time_of_the_one_before_is_left_out_and_a_coarse_clock_is_a_mistake() {
+    let right = long(|_| ()).read().unwrap();
+    let other = |places: &[usize]| {
+        long(|lines| places.iter().for_each(|&at| lines.insert(at + 1, format!("{at},4.5,0"))))
+    };
+    let set = other(&[8]).read().unwrap();
+    assert_eq!(set.columns, right.columns);
+    says(&set, "1 rows say the time of the row before: their own is unknown");
+    says(&set, "1 rows are left out: time is missing");
+    assert!(other(&[20, 8]).read().unwrap_err().to_string().contains("time stands still"));
+}
+
+#[test]
+fn what_wheels_count_in_a_row_without_a_time_of_its_own_is_not_lost() {
+    let fields = [
+        ("t", "time", "s", ""),
+        ("run", "run", "1", ""),
+        ("l", "wheel_left", "count", ""),
+        ("r", "wheel_right", "count", ""),
+        ("x", "reference_x", "m", ""),
+        ("y", "reference_y", "m", ""),
+        ("th", "reference_heading", "rad", ""),
+    ];
+    let mut lines: Vec<String> = (0..40).map(|row| format!("{row},1,3,4,0,0,0")).collect();
+    lines.insert(12, "11,1,5,6,0,0,0".to_owned());
+    let csv = format!("t,run,l,r,x,y,th\n{}\n", lines.join("\n"));
+    let set = Package::new("odometry", &fields, &csv).read().unwrap();
+    let sum = |role| values(&set, role).iter().sum::<f64>();
+    assert_eq!((set.rows(), sum(Role::WheelLeft), sum(Role::WheelRight)), (40, 125.0, 166.0));
 }
 
 #[test]
