@@ -42,7 +42,7 @@ mod write;
 pub use error::{DatasetError, Defect, Row};
 use identification::dataset::{Column, Dataset, Kind};
 use package::Format;
-pub use publish::publish;
+pub use publish::{can_publish, publish};
 #[cfg(not(feature = "files"))]
 use refused::{self as gzip, self as mdf, self as ros};
 use std::collections::BTreeMap;

@@ -10,19 +10,38 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// When a file cannot be written. The error names it.
 pub fn publish(folder: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
-    let parent = match folder.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    let name = folder.file_name().map_or_else(|| "out".into(), |name| name.to_string_lossy());
     // Inside an existing folder, because its parent may not be writable.
-    let partial = if folder.is_dir() { folder } else { parent }.join(format!(".{name}.partial"));
+    let partial = partial(folder, if folder.is_dir() { folder } else { parent(folder) });
     let done = write_all(folder, &partial, files);
     if done.is_err() || partial.exists() {
         // Best effort; only the first error matters.
         let _ = fs::remove_dir_all(&partial);
     }
     done
+}
+
+/// Checks that [`publish`] can write into `folder`, which stays as it is.
+///
+/// # Errors
+/// When it cannot. The error names the path that stands in the way.
+pub fn can_publish(folder: &Path) -> io::Result<()> {
+    let mut there = folder;
+    while there.symlink_metadata().is_err() && there != Path::new(".") {
+        there = parent(there);
+    }
+    let partial = partial(folder, there);
+    let made = fs::create_dir_all(&partial).and_then(|()| fs::remove_dir_all(&partial));
+    made.map_err(|error| named(there, error))
+}
+
+fn parent(folder: &Path) -> &Path {
+    folder.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."))
+}
+
+/// Where the files for `folder` are written first, in the folder `inside`.
+fn partial(folder: &Path, inside: &Path) -> PathBuf {
+    let name = folder.file_name().map_or_else(|| "out".into(), |name| name.to_string_lossy());
+    inside.join(format!(".{name}.partial"))
 }
 
 fn write_all(folder: &Path, partial: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
@@ -51,7 +70,7 @@ fn named(path: &Path, error: io::Error) -> io::Error {
 
 #[cfg(test)]
 mod tests {
-    use super::publish;
+    use super::{can_publish, publish};
     use std::fs;
 
     #[test]
@@ -70,5 +89,20 @@ mod tests {
         assert_eq!(fs::read_dir(dir.path().join("a")).unwrap().count(), 1);
         let error = publish(&folder.join("mine"), &[file("one", "1")]).unwrap_err();
         assert!(error.to_string().contains("mine"), "{error}");
+    }
+
+    #[test]
+    fn what_stands_in_the_way_is_told_without_a_trace() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = |name: &str| dir.path().join(name);
+        fs::write(path("file"), "").unwrap();
+        for bad in ["file", "file/a/b"] {
+            let error = can_publish(&path(bad)).unwrap_err().to_string();
+            assert!(error.starts_with(&path("file").display().to_string()), "{error}");
+        }
+        for good in ["new/deep", ""] {
+            can_publish(&path(good)).unwrap();
+        }
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     }
 }

@@ -15,6 +15,9 @@ use views::report::identification as report;
 /// Maximum number of effects; beyond this no data set is informative.
 const EFFECTS_MAX: u64 = 64;
 
+/// What is always written.
+const FILES: [&str; 3] = ["finding.json", "model.toml", "report.html"];
+
 /// Shown below the help: any verdict is a result.
 const EXIT_STATUSES: &str = "\
 Exit status:
@@ -60,6 +63,7 @@ impl IdentifyArguments {
         let dataset = load(&self.data, model.as_ref().map(|model| model.kind), screen)?;
         let noise_from =
             self.noise_from.as_deref().map(|path| load(path, None, screen)).transpose()?;
+        let folder = findings_folder(self.out.as_deref(), &dataset.name, &FILES)?;
         tell(&dataset, screen);
         noise_from.iter().for_each(|noise| tell(noise, screen));
         // At most `EFFECTS_MAX`.
@@ -71,7 +75,6 @@ impl IdentifyArguments {
         progress.finish();
         let found = found
             .map_err(|error| Failure::identify(&dataset.name, self.model.as_deref(), error))?;
-        let folder = findings_folder(self.out.as_deref(), &dataset.name);
         put(&folder, &files(&found)?)?;
         if self.json {
             say_json(&json!({ "finding": found.finding, "folder": folder }))?;
@@ -85,14 +88,10 @@ impl IdentifyArguments {
 
 fn files(found: &Identified) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let model = toml::to_string_pretty(&found.model).map_err(Failure::findings)?;
-    let mut files = vec![
-        ("finding.json".to_owned(), measured::json(&found.finding)?),
-        ("model.toml".to_owned(), model.into_bytes()),
-        (
-            "report.html".to_owned(),
-            report::page(&found.finding, &found.model, &found.diagnostics).into_bytes(),
-        ),
-    ];
+    let page = report::page(&found.finding, &found.model, &found.diagnostics);
+    let contents = [measured::json(&found.finding)?, model.into_bytes(), page.into_bytes()];
+    let mut files: Vec<(String, Vec<u8>)> =
+        FILES.map(str::to_owned).into_iter().zip(contents).collect();
     if let Some(experiment) = &found.experiment {
         files.push((experiment.file(), experiment.plan_toml.clone().into_bytes()));
     }

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::own::{has_field, only_ours};
 use super::progress::Screen;
 use dataset::export::export;
-use dataset::{self, publish};
+use dataset::{self, can_publish, publish};
 use identification::dataset::{Dataset, Kind};
 use identification::model::Model;
 use plan::library;
@@ -43,9 +43,16 @@ pub(super) fn model(path: &Path) -> Result<Model, Failure> {
     Ok(library::read_file(path)?)
 }
 
-/// Returns the folder for the findings of a data set of this name.
-pub(super) fn findings_folder(out: Option<&Path>, dataset: &str) -> PathBuf {
-    out.map_or_else(|| Path::new(FINDINGS).join(plain_name(dataset)), Path::to_owned)
+/// Returns the folder for the findings of a data set of this name, which can take files with these `names`.
+pub(super) fn findings_folder(
+    out: Option<&Path>,
+    dataset: &str,
+    names: &[&str],
+) -> Result<PathBuf, Failure> {
+    let folder = out.map_or_else(|| Path::new(FINDINGS).join(plain_name(dataset)), Path::to_owned);
+    of_ours(&folder, names)?;
+    can_publish(&folder).map_err(|error| Failure::file(&folder, error))?;
+    Ok(folder)
 }
 
 /// Converts a name from a file to a folder name that neither leaves its parent nor is hidden.
@@ -60,10 +67,16 @@ pub(super) fn plain_name(name: &str) -> String {
 
 /// Writes all results or none, and never overwrites files of others.
 pub(super) fn put(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    of_ours(folder, &names)?;
+    publish(folder, files).map_err(|error| Failure::file(folder, error))
+}
+
+/// Refuses a folder that holds files with these `names` from others.
+fn of_ours(folder: &Path, names: &[&str]) -> Result<(), Failure> {
     let ours = ["finding.json", "prediction.json"];
     let ours = ours.iter().any(|name| has_field(folder, name, "dataset"));
-    only_ours(folder, ours, files.iter().map(|(name, _)| name.as_str()))?;
-    publish(folder, files).map_err(|error| Failure::file(folder, error))
+    only_ours(folder, ours, names.iter().copied())
 }
 
 /// Formats as indented JSON with a final line feed.

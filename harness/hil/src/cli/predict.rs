@@ -11,6 +11,9 @@ use record::outcome::Outcome;
 use serde_json::json;
 use std::path::PathBuf;
 
+/// What is written.
+const FILE: &str = "prediction.json";
+
 /// Applies a model to measured data without changing the model. Writes prediction.json.
 ///
 /// The exit status is that of `hil identify`.
@@ -34,11 +37,11 @@ impl PredictArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let model = model(&self.model)?;
         let dataset = load(&self.data, Some(model.kind), screen)?;
+        let folder = findings_folder(self.out.as_deref(), &dataset.name, &[FILE])?;
         tell(&dataset, screen);
         let prediction = predict(&dataset, &model)
             .map_err(|error| Failure::identify(&dataset.name, Some(&self.model), error))?;
-        let folder = findings_folder(self.out.as_deref(), &dataset.name);
-        put(&folder, &[("prediction.json".to_owned(), measured::json(&prediction)?)])?;
+        put(&folder, &[(FILE.to_owned(), measured::json(&prediction)?)])?;
         if self.json {
             say_json(&json!({ "prediction": prediction, "folder": folder }))?;
         } else {

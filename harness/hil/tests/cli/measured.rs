@@ -54,6 +54,30 @@ fn bad_data_are_named_and_nothing_is_written() {
     nothing_written(&hil);
 }
 
+/// The model lacks what the data need, which shows as soon as they are read: the folder was looked at before.
+#[test]
+fn a_folder_that_takes_no_findings_is_told_before_the_work() {
+    let hil = Hil::new();
+    let gyro = shipped("gyro-at-rest-over-temperature");
+    fs::write(hil.path("m.toml"), "schema = 1\nkind = \"turns\"\n").unwrap();
+    fs::write(hil.path("file"), "mine").unwrap();
+    fs::create_dir(hil.path("full")).unwrap();
+    for name in ["report.html", "prediction.json"] {
+        fs::write(hil.path("full").join(name), "mine").unwrap();
+    }
+    for command in ["identify", "predict"] {
+        for (out, status, said) in [
+            ("file", 3, "file"),
+            ("file/deep/er", 3, "file"),
+            ("full", 2, "another program wrote it"),
+        ] {
+            let arguments = [command, gyro.to_str().unwrap(), "--model", "m.toml", "--out", out];
+            let ran = hil.run(&arguments).exits(status);
+            assert!(ran.err.contains(said), "{}", ran.err);
+        }
+    }
+}
+
 #[test]
 fn what_is_found_is_the_same_again_to_the_byte() {
     let hil = Hil::with_plan(TURN);
