@@ -105,7 +105,7 @@ pub(crate) fn assemble(
             },
             held_out,
             held_out_also,
-            base: done.iter().flat_map(base).collect(),
+            base: done.iter().flat_map(|one| base(one, done.len() > 1)).collect(),
             effects,
             path: outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>()),
             left,
@@ -148,10 +148,12 @@ fn terms(one: &Done<'_>) -> Vec<Term> {
     all.map(|found| outcome::term(one.data, found)).collect()
 }
 
-/// Parameters of the given model, each by the name of its term.
-fn base(one: &Done<'_>) -> Vec<Parameter> {
+/// Parameters of the given model, each by the name of its term, and by its axis if it `is_one_of_several`.
+fn base(one: &Done<'_>, is_one_of_several: bool) -> Vec<Parameter> {
+    let axis = one.data.block.axis.filter(|_| is_one_of_several);
     let of = |found: &Found| {
-        let Term { name, parameters, .. } = outcome::term(one.data, found);
+        let Term { mut name, parameters, .. } = outcome::term(one.data, found);
+        name += &axis.map_or_else(String::new, |axis| format!("_{axis:?}").to_lowercase());
         let numbers = parameters.into_iter().filter(|one| !is_frame(&one.name));
         numbers.map(move |parameter| Parameter { name: name.clone(), ..parameter })
     };

@@ -11,6 +11,35 @@ pub fn si_factor(text: &str) -> Option<f64> {
     rest.is_empty().then_some(factor)
 }
 
+/// The value with three significant digits.
+pub(crate) fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if !(1e-3..1e9).contains(&value.abs()) {
+        return format!("{value:.2e}");
+    }
+    let places = (2.0 - value.abs().log10().floor()).max(0.0) as usize;
+    format!("{value:.places$}")
+}
+
+/// A time in s in the unit that fits its size: `4.25 ms`, `2.13 h`.
+pub(crate) fn lasting(seconds: f64) -> String {
+    let (unit, size) = unit_of_time(seconds);
+    format!("{} {unit}", short(seconds / size))
+}
+
+/// The unit of a time in s that fits its size, and one of it in s.
+pub(crate) fn unit_of_time(seconds: f64) -> (&'static str, f64) {
+    match seconds.abs() {
+        size if size < 1.0 => ("ms", 1e-3),
+        size if size < 120.0 => ("s", 1.0),
+        size if size < 7200.0 => ("min", 60.0),
+        size if size < 172_800.0 => ("h", 3600.0),
+        _ => ("days", 86_400.0),
+    }
+}
+
 fn quotient(text: &str) -> Option<(f64, &str)> {
     let (mut factor, mut rest) = atom(text)?;
     while let Some(after) = rest.strip_prefix('/') {

@@ -18,6 +18,7 @@ pub(crate) use turned::{heading_of, turned};
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
 use crate::problem::wrap;
 use crate::robust;
+use crate::units::lasting;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -108,9 +109,9 @@ impl Correction {
     pub(crate) fn notice(&self) -> Option<String> {
         (!self.is_effect()).then(|| {
             format!(
-                "the reference `{}` is noisy itself; it is evened out over {:.2} ms before and after",
+                "the reference `{}` is noisy itself; it is evened out over {} before and after",
                 self.field,
-                1e3 * self.si()
+                lasting(self.si())
             )
         })
     }

@@ -2,6 +2,7 @@
 //! as large in a ramp as on a plateau.
 
 use crate::finding::Left;
+use crate::model::{Driver, Wrap};
 use crate::robust;
 
 /// Dependence of the residual's size on the size of an input.
@@ -59,12 +60,16 @@ pub fn goes_with(white: &[f64], inputs: &[(&str, Vec<f64>)]) -> Option<Goes> {
 impl Goes {
     /// The dependence in the form of the contract.
     pub fn left(&self, label: &str) -> Left {
+        let with = match Driver::parse(&self.with) {
+            Some(Driver { wrap: Wrap::RateOf, field }) => format!("the rate of change of {field}"),
+            _ => self.with.clone(),
+        };
         Left {
             drivers: vec![format!("abs({})", self.with)],
             shape: format!(
-                "what is left of {label} is {:.1} times as large where abs({}) is large as where it is small: no \
-                 noise knows that",
-                self.ratio, self.with
+                "what is left of {label} is {:.1} times as large where {with} is large, either way, as where it is \
+                 small: no noise knows that",
+                self.ratio
             ),
             share_of_residual_variance: 1.0 - self.ratio.powi(-2),
         }

@@ -3,21 +3,10 @@
 use crate::dataset::Drive;
 use crate::finding::{Effect, Parameter};
 use crate::model::{Driver, Wrap};
+use crate::units::{lasting, short};
 
 pub(super) fn plain(name: &str) -> String {
     name.replace('_', " ")
-}
-
-/// The value with three significant digits.
-pub(super) fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    if !(1e-3..1e9).contains(&value.abs()) {
-        return format!("{value:.2e}");
-    }
-    let places = (2.0 - value.abs().log10().floor()).max(0.0) as usize;
-    format!("{value:.places$}")
 }
 
 /// The quantity that the effect changes.
@@ -64,8 +53,11 @@ pub(super) fn with_unit(parameter: &Parameter) -> String {
 }
 
 pub(super) fn quantity(value: f64, unit: &str) -> String {
-    let unit = if unit == "1" { "" } else { unit };
-    format!("{} {unit}", short(value)).trim_end().to_owned()
+    match unit {
+        "1" => short(value),
+        "s" => lasting(value),
+        unit => format!("{} {unit}", short(value)),
+    }
 }
 
 /// Why a robot that is driven so drifts while it drives straight.

@@ -1,13 +1,11 @@
 //! Causes in sentences, as one engineer would write them to another.
 
-use super::phrases::{
-    number, of_axis, plain, quantity, seen, short, subject, why_it_drifts, with_unit,
-};
+use super::phrases::{number, of_axis, plain, quantity, seen, subject, why_it_drifts, with_unit};
 use super::polynomial::is_polynomial;
 use crate::dataset::Drive;
 use crate::finding::Effect;
 use crate::model::{ONE_WHEEL, WHEEL_SIZE};
-use crate::units::si_factor;
+use crate::units::{lasting, short, si_factor, unit_of_time};
 
 /// A sentence for each cause, of a robot driven so. Late axes share one delay.
 pub(super) fn causes(effects: &[Effect], drive: Option<Drive>) -> Vec<String> {
@@ -50,7 +48,8 @@ fn delay(effects: &[&Effect]) -> Option<String> {
     if !(late || early) || ends.1 > SAME_DELAY * ends.0 {
         return None;
     }
-    let [low, high] = [ends.0, ends.1].map(|size| short(1e3 * size));
+    let (unit, one) = unit_of_time(ends.1);
+    let [low, high] = [ends.0, ends.1].map(|size| short(size / one));
     let size = if low == high { low } else { format!("{low} to {high}") };
     let way = if late { "later" } else { "earlier" };
     let axes: Vec<String> = effects.iter().map(|effect| of_axis(effect)).collect();
@@ -63,7 +62,7 @@ fn delay(effects: &[&Effect]) -> Option<String> {
         }
         [] => String::new(),
     };
-    Some(format!("What is measured{of} comes {size} ms {way} than the reference."))
+    Some(format!("What is measured{of} comes {size} {unit} {way} than the reference."))
 }
 
 /// Delays of axes within this factor are one delay.
@@ -189,10 +188,7 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
         }
         ("delay", "delay") => delay(&[effect]).unwrap_or_default(),
         ("delay", "bandwidth") => {
-            format!(
-                "What is measured{of} follows with a time constant of {} ms.",
-                short(1e3 * value)
-            )
+            format!("What is measured{of} follows with a time constant of {}.", lasting(value))
         }
         ("clock", _) => {
             let fast = short(1e6 * value);
@@ -265,7 +261,13 @@ fn by_form(effect: &Effect, value: f64, size: &str, unit: &str) -> String {
             };
             format!("{subject} swings with {cycle}: amplitude {amplitude}.")
         }
-        "step" => format!("{subject} jumps by {size} at {}.", number(effect, "at")),
+        "step" => {
+            // As the data say it.
+            let at = effect.parameters.iter().find(|one| one.name == "at");
+            let at =
+                at.map_or_else(String::new, |at| format!(" at {} {}", short(at.value), at.unit));
+            format!("{subject} jumps by {size}{at}.")
+        }
         _ => {
             let both = if effect.drivers.len() > 1 {
                 format!("{what} and {}", seen(effect, 1))
@@ -280,9 +282,10 @@ fn by_form(effect: &Effect, value: f64, size: &str, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::polynomial::join_powers;
-    use super::{cause, causes, short};
+    use super::{cause, causes};
     use crate::dataset::{Axis, Drive};
     use crate::finding::{Effect, Parameter};
+    use crate::units::short;
 
     fn effect(name: &str, term: &str, form: &str, value: f64, unit: &str) -> Effect {
         Effect {
@@ -347,6 +350,15 @@ mod tests {
         assert_eq!(
             cause(&effect("delay", "delay", "delay", 0.00425, "s"), None),
             "What is measured comes 4.25 ms later than the reference."
+        );
+        // Two recordings whose clocks nobody set.
+        assert_eq!(
+            cause(&effect("delay", "delay", "delay", -7682.4, "s"), None),
+            "What is measured comes 2.13 h earlier than the reference."
+        );
+        assert_eq!(
+            cause(&effect("bandwidth", "delay", "delay", 980.0, "s"), None),
+            "What is measured follows with a time constant of 16.3 min."
         );
         assert_eq!(
             cause(&over("rate_of(coil)", "linear", 0.0123, "deg/s/(K/s)"), None),

@@ -1,9 +1,10 @@
 //! A finding in plain words.
 
-use super::phrases::{plain, short};
+use super::phrases::plain;
 use super::sentence::causes;
 use crate::dataset::Kind;
 use crate::finding::{Finding, HeldOut, Parameter, SetAside, Verdict, in_unit};
+use crate::units::short;
 
 impl Finding {
     /// The verdict in a few words.
@@ -80,9 +81,17 @@ impl Finding {
         let shows = |one: &&Parameter| {
             one.standard_error.is_some_and(|error| one.value.abs() > SHOWS_FROM * error)
         };
-        let part = |one: &Parameter| match one.name.as_str() {
-            "scale_factor" => format!("a scale error of {} %", short(100.0 * one.value)),
-            name => format!("a {} of {}{}", plain(name), short(one.value), in_unit(&one.unit)),
+        let part = |one: &Parameter| {
+            let axis = ["x", "y", "z"].into_iter().find_map(|axis| {
+                Some((one.name.strip_suffix(axis)?.strip_suffix('_')?, format!(" of axis {axis}")))
+            });
+            let (name, of) = axis.unwrap_or((&one.name, String::new()));
+            match name {
+                "scale_factor" => format!("a scale error{of} of {} %", short(100.0 * one.value)),
+                name => {
+                    format!("a {}{of} of {}{}", plain(name), short(one.value), in_unit(&one.unit))
+                }
+            }
         };
         let parts: Vec<String> = self.base.iter().filter(shows).map(part).collect();
         (is_gain && !parts.is_empty())

@@ -14,7 +14,7 @@ use crate::judge::{
     Goes, Holding, Judge, Metric, Standing, Whiteness, best, choose, goes_with, margin, nested,
     of_innovations, stretches,
 };
-use crate::model::{Acts, Shape};
+use crate::model::{Acts, Driver, Shape, Wrap};
 use crate::noise::NoiseModel;
 use crate::problem::Aggregate;
 
@@ -248,12 +248,13 @@ fn remains(state: &State<'_>) -> Remains {
         data.block.rows.iter().map(|&row| values[row].abs()).collect()
     };
     let mut inputs: Vec<(&str, Vec<f64>)> = Vec::new();
+    let rate = Driver::new(Wrap::RateOf, &channels.rotation_name).to_string();
     if !channels.rotation.is_empty() && data.block.exposure(Acts::Bias).is_none()
         || data.block.exposure(Acts::Scale).is_some()
     {
         inputs.push((&channels.rotation_name, of_rows(&channels.rotation)));
         let slope = channels.smooth(&channels.rotation).slope;
-        inputs.push(("acceleration of the rotation", of_rows(&slope)));
+        inputs.push((&rate, of_rows(&slope)));
     }
     for name in ["speed", "acceleration"] {
         if let Some(channel) = channels.named(name) {
