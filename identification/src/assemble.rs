@@ -3,9 +3,7 @@
 use crate::dataset::{Dataset, Drive};
 use crate::done::Done;
 use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{
-    Compensation, Effect, Figure, Finding, HeldOut, Left, Parameter, SCHEMA, Verdict,
-};
+use crate::finding::{Effect, Figure, Finding, HeldOut, Left, Parameter, SCHEMA, Verdict};
 use crate::fit::{Found, residual};
 use crate::judge::{Whiteness, of_innovations, stretches};
 use crate::model::{Acts, Driver, Model, Shape, Term, is_frame};
@@ -86,9 +84,14 @@ pub(crate) fn assemble(
     let mut cases = experiment::cases(&doubts);
     experiment::refuse(&mut cases, &mut effects);
     let experiment = experiment::next(dataset, problem, &doubts, &cases);
-    let mut compensations = done.iter().filter_map(|one| one.compensation(dataset, seed));
-    let compensation = compensations.next();
-    let compensation_also: Vec<Compensation> = compensations.collect();
+    let (mut compensation, mut compensation_also) = (None, Vec::new());
+    for one in done {
+        match one.compensation(dataset, seed) {
+            Ok(found) if compensation.is_none() => compensation = found,
+            Ok(found) => compensation_also.extend(found),
+            Err(why) => notices.push(why),
+        }
+    }
     let mut identified = Identified {
         finding: Finding {
             schema: SCHEMA,

@@ -4,7 +4,7 @@ use crate::clipping::Clipped;
 use crate::compensation::compensation;
 use crate::dataset::Dataset;
 use crate::finding::{Compensation, Effect, LeftOut};
-use crate::fit::{Data, Found, Memory, fit_terms, values_of};
+use crate::fit::{Data, Found, Memory, fit_terms};
 use crate::judge::{Holding, Judge, Metric, margin};
 use crate::model::{Acts, Shape};
 use crate::noise::{self, Layout, NoiseModel};
@@ -172,24 +172,20 @@ impl<'a> Done<'a> {
         (is_row && self.fit.floor > 0.0).then(|| error / (self.fit.floor.powi(2) + known).sqrt())
     }
 
-    /// How firmware removes the errors that were found.
-    pub fn compensation(&self, dataset: &Dataset, seed: u64) -> Option<Compensation> {
-        let coefficients = values_of(&self.fit.all());
-        let shapes = self.fit.shapes().into_iter();
-        let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
-        let mut found = compensation(
-            dataset,
-            self.data,
-            (self.factor, shapes),
-            &coefficients,
-            &self.fit.noise,
-            seed,
-        )?;
-        found.left_out.extend(self.clipped.as_ref().map(|(clipped, _)| LeftOut {
+    /// How firmware removes the errors that were found, or why it cannot.
+    pub fn compensation(
+        &self,
+        dataset: &Dataset,
+        seed: u64,
+    ) -> Result<Option<Compensation>, String> {
+        let asked = (self.factor, &*self.fit.all());
+        let mut found = compensation(dataset, self.data, asked, &self.fit.noise, seed)?;
+        let clipped = self.clipped.iter().map(|(clipped, _)| LeftOut {
             term: clipped.shape.name.clone(),
             why: "what lies beyond a limit is lost".to_owned(),
-        }));
-        Some(found)
+        });
+        found.iter_mut().for_each(|found| found.left_out.extend(clipped.clone()));
+        Ok(found)
     }
 
     /// Held-out errors without an effect, and without the other powers of the same polynomial.

@@ -148,6 +148,45 @@ fn what_a_sensor_shows_wrongly_is_taken_off_down_to_its_noise() {
     assert!(before > 0.5 && after < 0.115, "{before} -> {after}");
 }
 
+/// Beyond its knee a reading still rises with what is measured, more steeply or less.
+#[test]
+fn a_knee_is_taken_off_unless_it_is_flat() {
+    for beyond in [1.6, 0.5] {
+        let bent = |course: &[f64], row: usize| {
+            let over = f64::max(0.0, course[row].abs() - 2.0);
+            course[row] + (beyond - 1.0) * over * course[row].signum()
+        };
+        let data = dataset(Unit::Volt, wander, bent, 0.03, 7);
+        let [before, after] = compensated(&data);
+        let effect = &found(&data).finding.effects[0];
+        assert_eq!(effect.name, "saturation", "{beyond}");
+        assert!(before > 0.3 && after < 0.05, "{beyond}: {before} -> {after}");
+    }
+    let clipped = |course: &[f64], row: usize| 0.9 * course[row].clamp(-2.0, 2.0);
+    let found = found(&dataset(Unit::Volt, wander, clipped, 0.03, 7)).finding;
+    let left_out = found.compensation.into_iter().flat_map(|one| one.left_out);
+    assert!(left_out.into_iter().all(|one| one.term == "saturation"));
+}
+
+/// Nothing is offered that a reading does not tell, and the reader is told why.
+#[test]
+fn what_firmware_cannot_mend_is_refused_with_the_reason() {
+    let refused = |data: &Dataset, why: &str| {
+        let found = identify(data, None, &Options::default(), &mut |_, _| ()).unwrap();
+        assert!(found.finding.compensation.is_none() && found.model.compensation.is_none());
+        let notices = &found.finding.notices;
+        assert!(notices.iter().any(|said| said.contains(why)), "{why}: {notices:?}");
+    };
+    // A wire that is broken reads hum.
+    let broken = dataset(Unit::Volt, wander, |_, _| 3.0, 0.5, 7);
+    refused(&broken, "is not told from zero");
+    // A clock that is an hour off, of readings a minute apart.
+    let late = |course: &[f64], row: usize| course[row.saturating_sub(60)];
+    let mut late = dataset(Unit::Celsius, wander, late, 0.03, 7);
+    late.columns[0].values.iter_mut().for_each(|time| *time *= 60.0);
+    refused(&late, "60.0 min late, longer than any sensor takes");
+}
+
 /// A model of a sensor holds, whatever another recording has for a reference.
 #[test]
 fn a_hysteresis_is_predicted_beside_a_noisy_reference_too() {

@@ -5,6 +5,7 @@
 //! as that pays: the slope of noise is noise.
 
 mod formula;
+mod inverse;
 mod program;
 mod reading;
 mod terms;
@@ -12,12 +13,13 @@ mod terms;
 use crate::corrections::reference_of;
 use crate::dataset::{Column, Dataset, Dimension, Kind};
 use crate::finding::{Compensation, LeftOut};
-use crate::fit::{Data, Fold, fit_terms};
+use crate::fit::{Data, Fold, Found, fit_terms, values_of};
 use crate::judge::{Errors, Metric};
 use crate::model::{Acts, Form, Shape};
 use crate::noise::NoiseModel;
 use crate::problem::{Channels, wrap};
-use formula::{call, number};
+use formula::{Formula, call, number};
+use inverse::{refusal, rises_beyond, unbent};
 use program::{Input, Program, Running};
 pub use reading::{Reading, reading};
 use std::f64::consts::{PI, TAU};
@@ -49,6 +51,8 @@ struct Sensor<'a> {
     factor: f64,
     /// The shapes of its terms.
     shapes: Vec<Shape>,
+    /// Names of those that leave nothing of what is measured beyond a limit.
+    flat: Vec<String>,
     /// Smallest angle that the sensor reads, if its angle wraps after a turn; SI.
     wraps_at: Option<f64>,
 }
@@ -61,27 +65,37 @@ struct Way {
     passes: usize,
 }
 
-/// The compensation of a sensor with these terms and coefficients, if it improves the readings, which are `factor` times
-/// those of `dataset`.
+/// The compensation of a sensor with the terms `found`, if it improves the readings, which are `factor` times those of
+/// `dataset`.
+///
+/// # Errors
+///
+/// Why there can be none.
 pub(crate) fn compensation(
     dataset: &Dataset,
     data: Data<'_>,
-    (factor, shapes): (f64, Vec<Shape>),
-    coefficients: &[f64],
+    (factor, found): (f64, &[Found]),
     noise: &NoiseModel,
     seed: u64,
-) -> Option<Compensation> {
-    if dataset.kind != Kind::Sensor {
-        return None;
+) -> Result<Option<Compensation>, String> {
+    let right = dataset.named(&data.block.label).filter(|_| dataset.kind == Kind::Sensor);
+    let pair = right.and_then(|right| Some((right, reference_of(dataset, right)?)));
+    let Some((right, truth)) = pair else { return Ok(None) };
+    if let Some(why) = refusal(&right.name, found) {
+        return Err(why);
     }
-    let right = dataset.named(&data.block.label)?;
     let stated = right.values.iter().map(|value| value * factor).collect();
     let reading = &Column { values: stated, ..right.clone() };
+    let shapes = found.iter().map(|one| one.shape.clone().within_seen(data.channels));
+    let shapes: Vec<Shape> = shapes.collect();
+    let coefficients = values_of(found);
     let width: usize = shapes.iter().map(Shape::width).sum();
     if coefficients.len() != width || data.all_columns(&shapes).len() != width {
-        return None;
+        return Ok(None);
     }
-    let truth = reference_of(dataset, right)?;
+    let knees = found.iter().filter(|one| one.shape.acts == Acts::Saturation);
+    let flat = knees.filter(|knee| !rises_beyond(knee, found)).map(|knee| knee.shape.name.clone());
+    let flat: Vec<String> = flat.collect();
     let sensor = |shapes| Sensor {
         dataset,
         channels: data.channels,
@@ -89,6 +103,7 @@ pub(crate) fn compensation(
         truth,
         factor,
         shapes,
+        flat: flat.clone(),
         wraps_at: wraps_at(reading, &data.channels.run),
     };
     let folds = data.trained(&shapes, noise);
@@ -100,22 +115,26 @@ pub(crate) fn compensation(
     let (sensor, line) = (sensor(shapes), sensor(constants));
     let before = sensor.held_out(data, &folds, |_, _| Program::default());
     let mut after = sensor.held_out(data, &folds, |values, rows| sensor.best(values, rows).0);
-    let by_line = line.held_out(data, &line_folds, |values, rows| line.best(values, rows).0);
     let all = vec![true; dataset.rows()];
-    let (mut program, mut unused) = sensor.best(coefficients, &all);
-    if !(after.rmse() < by_line.rmse() * (1.0 - AS_GOOD)) {
-        after = by_line;
-        let values = fit_terms(data, &line.shapes, &white);
-        let values = values.iter().flat_map(|found| &found.coefficients).map(|one| one.0);
-        program = line.best(&values.collect::<Vec<f64>>(), &all).0;
-        let others = sensor.shapes.iter().filter(|shape| !is_line(shape));
-        let term =
-            |shape: &Shape| LeftOut { term: shape.name.clone(), why: AS_GOOD_WITHOUT.to_owned() };
-        unused = others.map(term).collect();
+    let (mut program, mut unused) = sensor.best(&coefficients, &all);
+    let straight = fit_terms(data, &line.shapes, &white);
+    // Where other causes move with what is measured, a line through the readings alone can fall.
+    if refusal(&right.name, &straight).is_none() {
+        let by_line = line.held_out(data, &line_folds, |values, rows| line.best(values, rows).0);
+        if !(after.rmse() < by_line.rmse() * (1.0 - AS_GOOD)) {
+            after = by_line;
+            program = line.best(&values_of(&straight), &all).0;
+            let others = sensor.shapes.iter().filter(|shape| !is_line(shape));
+            let term = |shape: &Shape| LeftOut {
+                term: shape.name.clone(),
+                why: AS_GOOD_WITHOUT.to_owned(),
+            };
+            unused = others.map(term).collect();
+        }
     }
     // Steps that gain nothing are no use to firmware.
     if !(after.rmse() < before.rmse() * (1.0 - AS_GOOD)) {
-        return None;
+        return Ok(None);
     }
     let unit = data.block.unit.clone();
     let metric = |errors| Metric { name: reading.name.clone(), unit: unit.clone(), errors };
@@ -123,8 +142,8 @@ pub(crate) fn compensation(
     let unit_of =
         |name: &str| dataset.named(name).map_or_else(String::new, |one| one.unit.text().to_owned());
     let (inputs, steps) = program.written(&reading.name, unit_of);
-    let unit = reading.unit.text().to_owned();
-    Some(Compensation { of: reading.name.clone(), unit, inputs, steps, held_out, left_out: unused })
+    let (of, unit) = (reading.name.clone(), reading.unit.text().to_owned());
+    Ok(Some(Compensation { of, unit, inputs, steps, held_out, left_out: unused }))
 }
 
 /// Where the angle wraps: at zero or at minus half a turn. `None` if it does not wrap.
@@ -220,7 +239,7 @@ impl Sensor<'_> {
         let mut program = Program::default();
         let mut left_out = Vec::new();
         let (mut bias, mut scale, mut late) = (0.0, 1.0, 0.0);
-        let mut others = Vec::new();
+        let (mut others, mut knee) = (Vec::new(), None);
         for (shape, mine) in self.terms(coefficients) {
             let value = mine.first().copied().unwrap_or(0.0);
             let refused = |why: &str| LeftOut { term: shape.name.clone(), why: why.to_owned() };
@@ -238,9 +257,11 @@ impl Sensor<'_> {
                 (Acts::DeadZone, _) => {
                     left_out.push(refused("what a dead zone holds back is not in the readings"));
                 }
-                (Acts::Saturation, _) => {
+                (Acts::Saturation, _) if self.flat.contains(&shape.name) => {
                     left_out.push(refused("what was clipped is not in the readings"));
                 }
+                // One knee has an exact inverse; of several, the others are taken off like any error.
+                (Acts::Saturation, _) if knee.is_none() => knee = Some((shape, value)),
                 _ => others.push((shape, mine)),
             }
         }
@@ -269,8 +290,16 @@ impl Sensor<'_> {
             led = level.clone() + number(late) * slope(&mut program, &level, fields.smoothing);
         }
         let sees = others.iter().any(|(shape, _)| sees_reference(shape, &fields));
-        let mut estimate = if others.is_empty() { led } else { program.step("estimate", led) };
-        let led = estimate.clone();
+        let straight = |led: Formula| match knee {
+            Some((shape, less)) => unbent(led, shape, scale, less),
+            None => led,
+        };
+        let is_bare = others.is_empty() && knee.is_none();
+        let led = if is_bare { led } else { program.step("straight", led) };
+        let mut estimate = straight(led.clone());
+        if !others.is_empty() {
+            estimate = program.step("estimate", estimate);
+        }
         for pass in 0..if sees { way.passes } else { 1 } {
             let mut sum = number(0.0);
             for term in &others {
@@ -285,7 +314,9 @@ impl Sensor<'_> {
             if sum.is_zero() {
                 break;
             }
-            estimate = program.step("estimate", led.clone() - sum / number(scale));
+            let less = led.clone() - sum / number(scale);
+            let less = if knee.is_some() { program.step("straight", less) } else { less };
+            estimate = program.step("estimate", straight(less));
         }
         let mut result = estimate / number(si);
         if let Some(least) = self.wraps_at {
