@@ -17,6 +17,9 @@ use wire::slcan::{Answer, AnswerDecoder, BitRate, Command};
 const ANSWER_LIMIT: Duration = Duration::from_millis(300);
 /// Earlier traffic is over after this time without input.
 const QUIET: Duration = Duration::from_millis(50);
+/// How often an adapter may refuse to be opened. One that is slow answers the first commands when the last ones have been sent: its
+/// refusal to close what is closed is then read as one of these.
+const REFUSALS_MAX: usize = 3;
 /// Maximum number of discarded reads before opening a bus that is never quiet.
 const STALE_READS_MAX: usize = 1_000;
 
@@ -55,6 +58,16 @@ impl SlcanHost {
 
     /// Brings the adapter from any state to an open bus.
     async fn join(&mut self) -> Result<(), PortError> {
+        for _ in 1..REFUSALS_MAX {
+            match self.try_to_join().await {
+                Err(PortError::AdapterRefused { .. }) => {}
+                other => return other,
+            }
+        }
+        self.try_to_join().await
+    }
+
+    async fn try_to_join(&mut self) -> Result<(), PortError> {
         // Ends a partial line of another program (CAN232 manual: send two or three CR first).
         self.serial.send(b"\r\r\r");
         self.command(&Command::Close);

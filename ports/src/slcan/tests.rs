@@ -212,6 +212,36 @@ fn an_adapter_that_refuses_is_named() {
     });
 }
 
+/// On a busy machine, the refusal to close a closed bus came when the bit rate had been sent.
+#[test]
+fn an_adapter_that_is_slow_to_answer_is_opened() {
+    run(async {
+        let mut far = Pty::open().unwrap();
+        let spec = serial(far.path());
+        let slow = async {
+            let mut buffer = [0; 64];
+            let mut is_late = true;
+            loop {
+                let count = far.read(&mut buffer).await.unwrap();
+                for byte in &buffer[..count] {
+                    match byte {
+                        b'C' if is_late => {}
+                        b'S' if std::mem::take(&mut is_late) => _ = far.write(b"\x07\r"),
+                        b'C' => _ = far.write(b"\x07"),
+                        b'S' | b'O' => _ = far.write(b"\r"),
+                        _ => {}
+                    }
+                }
+            }
+        };
+        let host = tokio::select! {
+            host = SlcanHost::open(&spec, BitRate::Kbit500) => host,
+            () = slow => unreachable!(),
+        };
+        assert!(host.is_ok(), "{host:?}");
+    });
+}
+
 #[test]
 fn an_adapter_that_acknowledges_nothing_is_used_all_the_same() {
     run(async {
