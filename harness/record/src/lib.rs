@@ -7,6 +7,7 @@
 //! * [`reading`]: files that report how much of them has been read.
 
 pub mod blocks;
+mod ear;
 mod encoding;
 mod faults;
 pub mod figures;
@@ -30,6 +31,7 @@ pub mod text;
 mod violation;
 pub mod writer;
 
+pub use ear::Ear;
 pub use encoding::RECORD_BYTES_MAX;
 pub use faults::{FaultEvent, FaultRecord, FaultSummary};
 pub use progress::Progress;
@@ -37,10 +39,9 @@ pub use reply::{Number, Reply, Through};
 pub use violation::Violation;
 
 use controller::mission::{Command, Report};
-use described::{Decoded, Decoder};
 use plan::faults::Target;
 pub use plan::observation::Observation;
-use plan::{DEVICE, Rig, Speaker};
+use plan::{DEVICE, Rig};
 use serde::{Deserialize, Serialize};
 use wire::can::CanFrame;
 use wire::time::Timestamp;
@@ -112,20 +113,6 @@ impl Device {
     pub fn stranger(bus: usize) -> Self {
         Self::Node(u8::try_from(bus).map_or(0, |bus| u8::MAX - bus))
     }
-
-    /// The devices under which the other ends of a speaker's line are recorded.
-    pub fn beside(rig: &Rig, speaker: &Speaker) -> Vec<Self> {
-        let others = rig
-            .ends()
-            .filter(|(node, line)| *line == speaker.line && rig.nodes[*node].name != speaker.node);
-        others.map(|(node, line)| Self::of_node(rig, node, line)).collect()
-    }
-
-    /// The device under which a speaker of the rig is recorded; `None` if no node has its name.
-    pub fn of_speaker(rig: &Rig, speaker: &Speaker) -> Option<Self> {
-        let node = rig.nodes.iter().position(|node| node.name == speaker.node)?;
-        Some(Self::of_node(rig, node, speaker.line))
-    }
 }
 
 /// One event.
@@ -137,26 +124,6 @@ pub struct Record {
     pub device: Device,
     /// Content.
     pub kind: RecordKind,
-}
-
-impl Record {
-    /// Passes on each message that the record's bytes or frame complete.
-    pub fn messages(&self, decoder: &mut Decoder, each: &mut impl FnMut(Decoded<'_>)) {
-        match &self.kind {
-            RecordKind::Bytes(bytes) => decoder.bytes(bytes, each),
-            RecordKind::Frame(frame) => {
-                decoder.frame(frame).into_iter().for_each(each);
-            }
-            _ => {}
-        }
-    }
-
-    /// Shows the record's bytes to the decoder of the other end of their line.
-    pub fn overheard(&self, decoder: &mut Decoder) {
-        if let RecordKind::Bytes(bytes) = &self.kind {
-            decoder.overhear(bytes);
-        }
-    }
 }
 
 /// Content of an event. Only a full record keeps `Bytes` and `Frame`.

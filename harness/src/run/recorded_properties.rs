@@ -3,10 +3,9 @@
 use crate::outcome::PropertySummary;
 use crate::plan::{Property, Rig, Speaker};
 use crate::properties::{Limits, Monitor, Seen, Sight, Unjudged, View};
-use crate::record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
+use crate::record::{Device, Ear, FaultEvent, FaultRecord, Record, RecordKind};
 use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};
-use described::Decoder;
 use rig::engine::FIRST_MISSION;
 use std::collections::BTreeSet;
 use wire::packet::Packet;
@@ -22,35 +21,19 @@ pub(super) struct Replayed {
     /// Whether there were bytes or frames of the gyro and of the base.
     gyro: bool,
     base: bool,
-    /// Decoders of the rig's nodes.
-    ears: Vec<Ear>,
+    /// The speakers of the rig, by their indices.
+    ears: Vec<(usize, Ear)>,
     /// Whether there were bytes or frames of one of them.
     messages: bool,
     /// Keeps time monotonic for the monitor, whatever the record holds.
     latest: Timestamp,
 }
 
-/// Decodes what one node sends on one line.
-#[derive(Debug)]
-struct Ear {
-    /// Name in the record.
-    who: Device,
-    /// The other ends of its line.
-    beside: Vec<Device>,
-    /// Index among the speakers of the rig.
-    speaker: usize,
-    decoder: Decoder,
-}
-
 impl Replayed {
     /// Creates a monitor of `properties`, of which there is at least one; `limits` are those of the rig's robot, if it
     /// has one.
     pub(super) fn new(properties: &[Property], limits: Option<&Limits>, rig: &Rig) -> Self {
-        let ear = |(speaker, one): (usize, &Speaker)| {
-            let decoder = one.layout.decoder_for(one.sender);
-            let who = Device::of_speaker(rig, one)?;
-            Some(Ear { who, beside: Device::beside(rig, one), speaker, decoder })
-        };
+        let ear = |(speaker, one): (usize, &Speaker)| Some((speaker, Ear::of(rig, one)?));
         Self {
             monitor: Monitor::new(properties, limits, &rig.speakers),
             ears: rig.speakers.iter().enumerate().filter_map(ear).collect(),
@@ -105,15 +88,14 @@ impl Replayed {
     /// Decodes bytes and frames of the rig's nodes as messages.
     fn read(&mut self, record: &Record) {
         let Self { ears, monitor, messages, latest, .. } = self;
-        let beside = ears.iter_mut().filter(|ear| ear.beside.contains(&record.device));
-        beside.for_each(|ear| record.overheard(&mut ear.decoder));
-        let of = |ear: &&mut Ear| ear.who == record.device;
-        let Some(Ear { speaker, decoder, .. }) = ears.iter_mut().find(of) else { return };
         let at = record.at.max(*latest);
-        *messages |= matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
-        record.messages(decoder, &mut |decoded| {
-            monitor.see(at, &Seen::Message { speaker: *speaker, decoded });
-        });
+        for (speaker, ear) in ears {
+            *messages |= ear.who() == record.device
+                && matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
+            ear.hear(record, &mut |decoded| {
+                monitor.see(at, &Seen::Message { speaker: *speaker, decoded });
+            });
+        }
     }
 
     fn fault(&mut self, at: Timestamp, fault: &FaultRecord) {

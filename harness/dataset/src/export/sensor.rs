@@ -10,7 +10,7 @@ use plan::observation::{Observation, Observations, Observed};
 use plan::quantities::during_tag;
 use plan::{MessagePlace, QuantityName, Rig, models, resolve, unit};
 use record::run_folder::RunFolder;
-use record::{Device, RecordKind};
+use record::{Ear, RecordKind};
 use std::path::Path;
 
 /// A signal, in the unit of its layout.
@@ -52,11 +52,8 @@ pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Datase
     }
     let speaks = |index: &usize| wanted.iter().any(|one| one.place.speaker == *index);
     let heard = rig.speakers.iter().enumerate().filter(|(index, _)| speaks(index));
-    let mut ears: Vec<_> = heard
-        .filter_map(|(index, one)| {
-            Some((Device::of_speaker(rig, one)?, index, one.layout.decoder_for(one.sender)))
-        })
-        .collect();
+    let ears = heard.filter_map(|(index, one)| Some((index, Ear::of(rig, one)?)));
+    let mut ears: Vec<(usize, Ear)> = ears.collect();
     let records = folder.records()?;
     let name = format!("{}-seed{}", records.header().plan, records.header().seed);
     let mut observations = Observations::default();
@@ -67,8 +64,8 @@ pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Datase
         if let RecordKind::StepBegan { path, .. } = &record.kind {
             rounds.began(path);
         }
-        for (_, speaker, decoder) in ears.iter_mut().filter(|(who, ..)| *who == record.device) {
-            record.messages(decoder, &mut |decoded| {
+        for (speaker, ear) in &mut ears {
+            ear.hear(&record, &mut |decoded| {
                 for Wanted { quantity, place, signal } in &wanted {
                     let is_here = (place.speaker, place.message) == (*speaker, decoded.message);
                     let value = decoded.values.get(*signal).copied().flatten();

@@ -6,9 +6,9 @@
 
 use super::base::{self, Overheard};
 use super::forms::{MessageForm, forms};
-use described::{Decoder, Description, Sender};
+use described::{Description, Sender};
 use plan::Rig;
-use record::{Device, Record};
+use record::{Device, Ear, Record};
 use std::sync::Arc;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -29,27 +29,19 @@ pub struct Ears {
     hearing: Hearing,
 }
 
-/// A node of a rig that sends messages.
+/// An end of a line that sends messages.
 #[derive(Debug)]
 struct Voice {
-    device: Device,
-    /// The other ends of its line.
-    beside: Vec<Device>,
+    ear: Ear,
     name: String,
     /// Index of its first message among the forms.
     first: usize,
-    decoder: Decoder,
 }
 
 #[derive(Debug)]
 enum Hearing {
     None,
     Base(Box<Overheard>),
-    /// The user's own device: what it sends, and what is sent to it.
-    Device {
-        device: Box<Decoder>,
-        host: Box<Decoder>,
-    },
     Rig(Vec<Voice>),
 }
 
@@ -62,30 +54,27 @@ impl Ears {
         Self { forms: base::forms(), hearing: Hearing::Base(Box::default()) }
     }
 
+    /// Of the user's own device: what it sends, and what the plan sends to it.
     pub fn of_device(description: &Arc<Description>) -> Self {
         let layout = description.layout();
-        let decoder = |sender| Box::new(layout.decoder_for(sender));
-        Self {
-            forms: forms(layout),
-            hearing: Hearing::Device {
-                device: decoder(Sender::Device),
-                host: decoder(Sender::Host),
-            },
-        }
+        let voice = |who: Device, other: Device, sender| {
+            let ear = Ear::new(who, vec![other], layout.decoder_for(sender));
+            Voice { ear, name: who.name().to_owned(), first: 0 }
+        };
+        let device = voice(Device::Device, Device::Plan, Sender::Device);
+        let host = voice(Device::Plan, Device::Device, Sender::Host);
+        Self { forms: forms(layout), hearing: Hearing::Rig(vec![device, host]) }
     }
 
     pub fn of_rig(rig: &Rig) -> Self {
         let mut all = Vec::new();
-        let mut decoders = Vec::new();
+        let mut voices = Vec::new();
         for speaker in &rig.speakers {
-            let Some(device) = Device::of_speaker(rig, speaker) else { continue };
-            let decoder = speaker.layout.decoder_for(speaker.sender);
-            let (name, first) = (speaker.node.clone(), all.len());
-            let beside = Device::beside(rig, speaker);
-            decoders.push(Voice { device, beside, name, first, decoder });
+            let Some(ear) = Ear::of(rig, speaker) else { continue };
+            voices.push(Voice { ear, name: speaker.node.clone(), first: all.len() });
             all.extend(forms(&speaker.layout));
         }
-        Self { forms: all, hearing: Hearing::Rig(decoders) }
+        Self { forms: all, hearing: Hearing::Rig(voices) }
     }
 
     pub fn forms(&self) -> &[MessageForm] {
@@ -106,28 +95,10 @@ impl Ears {
             Hearing::Base(base) => {
                 base.take(record, &mut |index, values| told(device.name(), index, values));
             }
-            Hearing::Device { device: of_device, host } => {
-                let decoder = match device == Device::Device {
-                    true => of_device,
-                    false => {
-                        record.overheard(of_device);
-                        host
-                    }
-                };
-                record.messages(decoder, &mut |decoded| {
-                    told(device.name(), decoded.message, decoded.values.to_vec());
-                });
-            }
             Hearing::Rig(voices) => {
-                for voice in voices {
-                    if voice.beside.contains(&device) {
-                        record.overheard(&mut voice.decoder);
-                    }
-                    if voice.device != device {
-                        continue;
-                    }
-                    record.messages(&mut voice.decoder, &mut |decoded| {
-                        told(&voice.name, voice.first + decoded.message, decoded.values.to_vec());
+                for Voice { ear, name, first } in voices {
+                    ear.hear(record, &mut |decoded| {
+                        told(name, *first + decoded.message, decoded.values.to_vec());
                     });
                 }
             }

@@ -170,3 +170,47 @@ fn a_run_of_a_sensor_and_its_reference_is_a_data_package() {
     let coefficient = bend["parameters"][0]["value"].as_f64().unwrap();
     assert!((coefficient - 0.05).abs() < 0.001, "{bend}");
 }
+
+/// Answers that look the same are told apart in an export as in the run.
+#[test]
+fn a_run_of_an_instrument_that_only_answers_is_a_data_package() {
+    let hil = Hil::new();
+    let page = include_str!("../../../../docs/request-and-answer.md");
+    let block = |begins: &str| {
+        let mut blocks = page.split("```toml\n").filter_map(|rest| rest.split_once("```"));
+        blocks.find_map(|(block, _)| block.starts_with(begins).then_some(block)).unwrap()
+    };
+    let rig = "[[line]]\nname = \"uart\"\nserial = {}\n\
+        [[node]]\nname = \"supply\"\nat = \"uart\"\nemulate = \"supply\"\n\
+        [[node]]\nname = \"asker\"\nat = \"uart\"\ntester = true\n";
+    // All in one round, which is one run of the data set.
+    let (asked, judged) = block("name = \"readings\"").split_once("  { repeat").unwrap();
+    let judged = judged.split_once("\n]\n").unwrap().1;
+    let steps = ["AskVoltage", "AskCurrent"].map(|ask| {
+        format!("{{ send = {{ message = \"{ask}\", every_s = 0.2 }} }}, {{ wait = {{ duration_s = 4.1 }} }},\n")
+    });
+    let plan = format!("{asked}{}]\n{judged}", steps.concat());
+    let plan = plan.replace("device = \"supply\"", "rig = \"bench\"");
+    for (name, text) in [
+        ("devices/supply.toml", block("name = \"supply\"")),
+        ("rigs/bench.toml", rig),
+        ("readings.toml", &*plan.replace("signal.", "supply.")),
+    ] {
+        let path = hil.path(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    hil.run(&["run", "readings.toml", "--out", "run", "--record", "full"]).exits(0);
+    let signals = ["--measured", "supply.Voltage", "--reference", "supply.Current"];
+    let out = ["--out", "volts"];
+    let told = hil.run(&[&["export", "run", "--kind", "sensor"][..], &signals, &out].concat());
+    assert!(told.exits(0).out.ends_with(" rows, 1 run\n"));
+    hil.run(&["export", "run", "--tables", "tables", "--format", "csv"]).exits(0);
+    let signals = fs::read_to_string(hil.path("tables/signals.csv")).unwrap();
+    let told = |line: &str| signals.matches(line).count();
+    assert!(told(",supply,VoltageIs,Voltage,12.0") >= 40, "{signals}");
+    assert!(told(",supply,CurrentIs,Current,1.2") >= 20, "{signals}");
+    // Nothing else was heard of it.
+    let right = told("VoltageIs,Voltage,12.0,") + told("CurrentIs,Current,1.2,");
+    assert_eq!(told(",supply,"), right, "{signals}");
+}
