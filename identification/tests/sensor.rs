@@ -165,7 +165,7 @@ fn a_knee_is_taken_off_unless_it_is_flat() {
     assert!(left_out.into_iter().all(|one| one.term == "saturation"));
 }
 
-/// Nothing is offered that a reading does not tell, and the reader is told why.
+/// Nothing is offered that a reading does not say, and a notice says why.
 #[test]
 fn what_firmware_cannot_mend_is_refused_with_the_reason() {
     let refused = |data: &Dataset, why: &str| {
@@ -176,7 +176,7 @@ fn what_firmware_cannot_mend_is_refused_with_the_reason() {
     };
     // A wire that is broken reads hum.
     let broken = dataset(Unit::Volt, wander, |_, _| 3.0, 0.5, 7);
-    refused(&broken, "is not told from zero");
+    refused(&broken, "could as well be zero");
     // A clock that is an hour off, of readings a minute apart.
     let late = |course: &[f64], row: usize| course[row.saturating_sub(60)];
     let mut late = dataset(Unit::Celsius, wander, late, 0.03, 7);

@@ -34,7 +34,8 @@ unit = "deg"
 check = { all_within = [45, 65] }
 "#;
 
-/// The number of headings heard (each takes 40 ms on the line, so that the last one is still on its way), the largest of them, and the notes of the run.
+/// The number of headings heard, the largest of them, and the notes of the run. Each takes 40 ms on the line, so that the last
+/// one is still on its way.
 fn heard(fault: &str) -> (u64, f64, String) {
     let folder = project::of([
         ("devices/compass.toml", COMPASS.to_owned()),

@@ -69,7 +69,7 @@ fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
     match random.random_range(0..3) {
         0 => {
             if !fault.what.is_graded() {
-                let (least, greatest) = space.range(fault.target);
+                let (least, greatest) = space.values(fault.target, fault.what);
                 let value = fault.what.values().first().copied().unwrap_or_default();
                 let value = (value + step * 0.5 * (greatest - least)).clamp(least, greatest);
                 fault.what = fault.what.with_value(0, value);

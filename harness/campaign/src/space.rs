@@ -98,19 +98,19 @@ impl Space {
         negative: bool,
     ) -> FaultKind {
         if !kind.is_graded() {
-            let (least, greatest) = self.range(target);
+            let (least, greatest) = self.values(target, kind);
             let share = if negative { 1.0 - share } else { share };
-            let (lowest, highest) = kind.info().parameters[0].range;
-            let value = least + (greatest - least) * share;
-            return kind.with_value(0, value.clamp(lowest, highest));
+            return kind.with_value(0, least + (greatest - least) * share);
         }
         let sized = kind.with_severity(severity(kind, share));
         if negative && kind.is_signed() { sized.reversed() } else { sized }
     }
 
-    /// The range of the values of a signal that is a target.
-    pub(super) fn range(&self, target: Target) -> (f64, f64) {
-        self.lines.range(target).unwrap_or_default()
+    /// The range of the values that this kind can give the signal: its own, as far as a plan can state it.
+    pub(super) fn values(&self, signal: Target, kind: FaultKind) -> (f64, f64) {
+        let (least, greatest) = self.lines.range(signal).unwrap_or_default();
+        let (lowest, highest) = kind.info().parameters[0].range;
+        (least.clamp(lowest, highest), greatest.clamp(lowest, highest))
     }
 
     /// The phases that a fault can be tied to, with their number of repetitions, up to the limit for drawing.
@@ -247,8 +247,7 @@ mod tests {
             ranges: vec![(least, most), (0.0, 7.0)],
             counter: false,
             checksum: false,
-            in_parts: false,
-            told_by_request: false,
+            never_alone: None,
         };
         let nodes = vec![(Target::named("motor").unwrap(), LineKind::Can)];
         let said = vec![said("A", -40.0, 87.0), said("B", 5.0, 6.0)];

@@ -180,8 +180,7 @@ mod tests {
             ranges: vec![(0.0, 5.0)],
             counter: false,
             checksum: false,
-            in_parts: false,
-            told_by_request: false,
+            never_alone: None,
         };
         let nodes = vec![(Target::named("cells").unwrap(), LineKind::Can)];
         let lines = Lines { nodes, said: vec![said], ..Lines::default() };

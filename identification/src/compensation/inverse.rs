@@ -5,7 +5,7 @@ use crate::fit::Found;
 use crate::model::{Acts, Form, Shape};
 use crate::units::{lasting, short};
 
-/// Standard errors from which a slope is told from zero. Within its error of zero, a reading agrees with any truth (Fieller
+/// Standard errors at which a slope differs from zero. Within its error of zero, a reading agrees with any truth (Fieller
 /// 1954). Errors of real data are those of a noise model that they keep roughly, hence four and not two.
 const TOLD: f64 = 4.0;
 
@@ -59,7 +59,7 @@ pub(super) fn refusal(field: &str, found: &[Found]) -> Option<String> {
         ));
     }
     why(format!(
-        "its gain of {size} is not told from zero, so that a reading tells nothing about the truth"
+        "its gain of {size} could as well be zero, so that a reading says nothing about the truth"
     ))
 }
 
@@ -97,7 +97,8 @@ mod tests {
     fn what_does_not_rise_with_the_truth_or_is_hours_late_is_refused() {
         assert_eq!(refusal("x", &[with_gain(0.005, 4e-6)]), None);
         assert!(
-            said(&[with_gain(0.002, 0.003)]).contains("gain of 0.00200 +- 0.00300 is not told")
+            said(&[with_gain(0.002, 0.003)])
+                .contains("gain of 0.00200 +- 0.00300 could as well be zero")
         );
         assert!(said(&[with_gain(-8.3, 0.2)]).contains("it falls where the reference rises"));
         let late = |by: f64| {

@@ -174,13 +174,7 @@ fn an_emulator_whose_answers_nobody_reads_serves_on() {
 #[test]
 fn an_emulator_tells_of_a_wrong_rate_at_its_pty() {
     let hil = Hil::new();
-    let mut command = hil.command(&["emulate", "gyro", "--pty", "gyro"]);
-    let mut child = command
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = start(&hil, &["emulate", "gyro", "--pty", "gyro"]);
     let mut ready = String::new();
     BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut ready).unwrap();
     let port = File::options().read(true).write(true).open(hil.path("gyro")).unwrap();

@@ -43,7 +43,8 @@ pub enum EmulationError {
 
 /// Emulates devices until SIGINT or SIGTERM. Writes JSON lines to `out`: one for each port when all are open, the
 /// answers to requests on the standard input, and the counters at the end. A slow reader blocks nothing: beyond
-/// [`LINES_MAX`] lines answers are dropped. `warn` gets a line for that, for ports that are lost or come back, and for a wrong rate at the other end of a pty.
+/// [`LINES_MAX`] lines answers are dropped. `warn` gets a line for that, for ports that are lost or come back, and
+/// for a wrong rate at the other end of a pty.
 ///
 /// # Errors
 /// When a port cannot be opened or is lost for good, or `out` is closed.

@@ -166,13 +166,8 @@ fn message(fault: &Fault, lines: &Lines, at: &Place) -> Checked {
             return target(message, hint::proposal(name, &known));
         }
     };
-    if said.in_parts {
-        let message = format!("`{}` goes in parts: no fault strikes it alone", said.message);
-        return target(message, format!("strike its node `{}` or the line", said.node));
-    }
-    if said.told_by_request {
-        let message =
-            format!("`{}` looks like another answer: no fault strikes it alone", said.message);
+    if let Some(why) = said.never_alone {
+        let message = format!("`{}` {why}: no fault strikes it alone", said.message);
         return target(message, format!("strike its node `{}` or the line", said.node));
     }
     if fault.toward != Toward::Both {

@@ -61,10 +61,8 @@ pub struct Said {
     pub counter: bool,
     /// Whether it has a checksum.
     pub checksum: bool,
-    /// Whether it spans several frames, so that no fault can act on it alone.
-    pub in_parts: bool,
-    /// Whether only the request tells it from others, so that no fault can act on it alone.
-    pub told_by_request: bool,
+    /// Why no fault can act on it alone, if none can.
+    pub never_alone: Option<&'static str>,
 }
 
 impl Lines {
@@ -104,7 +102,7 @@ impl Lines {
         of.iter().copied().chain(nodes).collect()
     }
 
-    /// The range of the signal that is this target, in its unit; `None` if it is none.
+    /// The range of the signal that is this target, in its unit; `None` for another target.
     pub fn range(&self, target: Target) -> Option<(f64, f64)> {
         let part = target.part()?;
         let (said, true) = self.said(target.node(), part).ok()? else { return None };
@@ -157,8 +155,11 @@ impl Said {
             ranges: message.signals.iter().map(|one| (one.minimum, one.maximum)).collect(),
             counter: message.has_counter(),
             checksum: message.has_checksum(),
-            in_parts: message.is_in_parts(),
-            told_by_request: message.is_told_by_request(),
+            never_alone: match (message.is_in_parts(), message.is_told_by_request()) {
+                (true, _) => Some("goes in parts"),
+                (_, true) => Some("looks like another answer"),
+                _ => None,
+            },
         })
     }
 
@@ -167,7 +168,7 @@ impl Said {
     }
 
     fn targets(&self, share: Share) -> Vec<Target> {
-        if self.in_parts || self.told_by_request {
+        if self.never_alone.is_some() {
             return Vec::new();
         }
         let whole = format!("{}.{}", self.node, self.message);
