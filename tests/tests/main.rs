@@ -27,6 +27,7 @@ mod lines_at_fault;
 mod many_messages;
 mod message_faults;
 mod motion;
+mod multi_drop;
 mod mutants;
 mod noticing;
 mod offsets;

@@ -123,7 +123,7 @@ fn what_is_wrong_with_a_rig_is_refused() {
             "no line `can7` for `extra`",
         ),
         (node("name = \"extra\"\nat = []\nemulate = \"cells\""), "`extra` is on no line"),
-        (format!("{serial}{third}"), "a third end on the serial line `uart`"),
+        (format!("{serial}{third}"), "a second host on the serial line `uart` of 3 ends"),
         (PACK.replace("\"manager\"", "\"manger\""), "no node `manger` in"),
         (
             node("name = \"gyro\"\nat = \"can0\"\nemulate = \"cells\""),

@@ -45,7 +45,7 @@ pub(super) fn tell_apart(messages: &mut [Message], tables: &[MessageTable]) -> R
 }
 
 /// The key that makes two messages of one sender look the same.
-fn alike(message: &Message, other: &Message) -> Option<&'static str> {
+pub(super) fn alike(message: &Message, other: &Message) -> Option<&'static str> {
     let is_of_one = message.sender == other.sender;
     match (&message.carrier, &other.carrier) {
         (Carrier::Frame { id, .. }, Carrier::Frame { id: known, .. }) => {

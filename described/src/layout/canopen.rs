@@ -6,7 +6,7 @@ use super::number::{Coding, Scale};
 use super::signal::{Signal, Storage};
 use super::{Layout, Medium};
 use crate::bits::BitField;
-use crate::canopen::{Dictionary, NODE};
+use crate::canopen::Dictionary;
 use std::sync::Arc;
 use wire::can::Id;
 
@@ -14,35 +14,6 @@ impl Layout {
     pub(crate) fn of_canopen(messages: Vec<Message>, dictionary: Arc<Dictionary>) -> Self {
         let layout = Self::new(Medium::Can, messages).noting(dictionary.notes.clone());
         Self { dictionary: Some(dictionary), ..layout }
-    }
-
-    /// What a master of several CANopen devices on one line sends. A message that each of them hears by another
-    /// identifier is called `NODE.MESSAGE`.
-    pub fn of_master(devices: &[(&str, &Self)]) -> Self {
-        let heard = |layout: &Self| {
-            let messages = layout.messages.iter().filter(|one| one.sender == Sender::Host);
-            messages.cloned().collect::<Vec<_>>()
-        };
-        let all: Vec<(&str, Message)> = (devices.iter())
-            .flat_map(|(node, layout)| heard(layout).into_iter().map(|message| (*node, message)))
-            .collect();
-        let mut messages: Vec<Message> = Vec::new();
-        for (node, message) in &all {
-            let is_known = |known: &Message| known.can_id() == message.can_id();
-            if messages.iter().any(is_known) {
-                continue;
-            }
-            let mut message = message.clone();
-            let mut alike = all.iter().filter(|(_, other)| other.name == message.name);
-            if alike.any(|(_, other)| other.can_id() != message.can_id()) {
-                message.name = format!("{node}.{}", message.name);
-            }
-            // One for all: an NMT command is for every node until it says which.
-            let signals = message.signals.iter_mut();
-            signals.filter(|signal| signal.name == NODE).for_each(|signal| signal.start = 0.0);
-            messages.push(message);
-        }
-        Self::new(Medium::Can, messages)
     }
 
     /// The objects, if it is of a CANopen device.

@@ -9,6 +9,7 @@ mod diagnostic;
 mod encoder;
 mod frame_writer;
 mod frames;
+mod host;
 mod message;
 mod multiplexing;
 mod names;

@@ -9,6 +9,12 @@ const DECIMALS_MAX: usize = 17;
 /// Default maximum of printed decimals.
 const DECIMALS_UNSAID: usize = 9;
 
+/// Default number of decimals before an exponent, as in printf.
+const MANTISSA_DECIMALS_UNSAID: usize = 6;
+
+/// `E-308`.
+const EXPONENT_LONGEST: usize = 5;
+
 /// Above this a double has no decimals.
 const WHOLE_FROM: f64 = 1e15;
 
@@ -30,10 +36,14 @@ pub(crate) struct Format {
     zeros: bool,
     pub(super) width: usize,
     decimals: Option<usize>,
+    /// `E` or `e`: with an exponent, as `1.20E+03`. This is the form NR3 of IEEE 488.2.
+    exponent: Option<char>,
 }
 
 impl Format {
     pub(super) fn parse(text: &str) -> Option<Self> {
+        let exponent = text.chars().last().filter(|last| matches!(last, 'E' | 'e'));
+        let text = text.strip_suffix(['E', 'e']).unwrap_or(text);
         let (plus, text) = text.strip_prefix('+').map_or((false, text), |rest| (true, rest));
         let (zeros, text) = text.strip_prefix('0').map_or((false, text), |rest| (true, rest));
         let (width, decimals) = match text.split_once('.') {
@@ -42,7 +52,7 @@ impl Format {
         };
         let width = if width.is_empty() { 0 } else { width.parse().ok()? };
         let fits = width <= BYTES_MAX && decimals.is_none_or(|n| n <= DECIMALS_MAX);
-        fits.then_some(Self { plus, zeros, width, decimals })
+        fits.then_some(Self { plus, zeros, width, decimals, exponent })
     }
 
     /// The number that the printed one stands for.
@@ -54,13 +64,24 @@ impl Format {
         printed.filter(|_| is_whole).unwrap_or(number)
     }
 
-    /// Printing changes a number by at most half of this.
+    pub(super) const fn has_exponent(self) -> bool {
+        self.exponent.is_some()
+    }
+
+    /// Printing changes a number by at most half of this. Zero with an exponent: the steps are as large as the number is.
     pub(crate) fn resolution(self) -> f64 {
+        if self.has_exponent() {
+            return 0.0;
+        }
         libm::exp10(-(self.decimals.unwrap_or(DECIMALS_UNSAID) as f64))
     }
 
     /// Maximum length of the number in bytes.
     pub(super) fn longest(self, number: f64) -> usize {
+        if self.has_exponent() {
+            let decimals = self.decimals.unwrap_or(MANTISSA_DECIMALS_UNSAID);
+            return ("-1.".len() + decimals + EXPONENT_LONGEST).max(self.width);
+        }
         let decimals = self.decimals.unwrap_or(DECIMALS_UNSAID);
         format!("{number:+.decimals$}").len().max(self.width)
     }
@@ -68,6 +89,9 @@ impl Format {
     /// Appends `number`; `false` if the packet is full.
     pub(super) fn print(self, number: f64, to: &mut Packet) -> bool {
         let width = self.width;
+        if let Some(letter) = self.exponent {
+            return self.print_with_exponent(number, letter, to).is_some();
+        }
         let number = match self.decimals {
             None if number.abs() < WHOLE_FROM => {
                 let unit = libm::exp10(DECIMALS_UNSAID as f64);
@@ -86,6 +110,25 @@ impl Format {
             (None, true, true) => write!(to, "{number:+0width$}"),
         }
         .is_ok()
+    }
+
+    fn print_with_exponent(self, number: f64, letter: char, to: &mut Packet) -> Option<()> {
+        let decimals = self.decimals.unwrap_or(MANTISSA_DECIMALS_UNSAID);
+        let text = format!("{:.decimals$e}", number.abs());
+        let (mantissa, exponent) = text.split_once('e')?;
+        let exponent: i32 = exponent.parse().ok()?;
+        let digits = format!("{mantissa}{letter}{exponent:+03}");
+        let sign = match (number < 0.0, self.plus) {
+            (true, _) => "-",
+            (false, true) => "+",
+            (false, false) => "",
+        };
+        let (width, behind_sign) = (self.width, self.width.saturating_sub(sign.len()));
+        if self.zeros {
+            write!(to, "{sign}{digits:0>behind_sign$}").ok()
+        } else {
+            write!(to, "{:>width$}", format_args!("{sign}{digits}").to_string()).ok()
+        }
     }
 }
 
@@ -124,4 +167,38 @@ pub(super) fn number_length(data: &[u8], padded: bool) -> Match {
         }
     }
     Match::Whole(at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Format, Match, number_length};
+    use wire::packet::Packet;
+
+    /// The answers NR3 of an instrument (IEEE 488.2).
+    #[test]
+    fn numbers_have_an_exponent() {
+        for (format, number, expected) in [
+            ("+.5E", 12.0, "+1.20000E+01"),
+            (".2E", -0.001_234, "-1.23E-03"),
+            ("+.1e", 0.0, "+0.0e+00"),
+            (".0E", 9.96e120, "1E+121"),
+            ("E", 1.5, "1.500000E+00"),
+            ("012.2E", -1.5, "-0001.50E+00"),
+            ("12.2E", -1.5, "   -1.50E+00"),
+        ] {
+            let format = Format::parse(format).unwrap();
+            let mut packet = Packet::new();
+            assert!(format.print(number, &mut packet));
+            let text = std::str::from_utf8(packet.as_slice()).unwrap();
+            assert_eq!(text, expected);
+            assert!(format.longest(number) >= text.len(), "{text}");
+            assert_eq!(format.rounded(number), text.trim_start().parse::<f64>().unwrap());
+            let line = format!("{text}\n");
+            let whole = Match::Whole(text.len());
+            assert_eq!(number_length(line.as_bytes(), format.width > 0), whole);
+        }
+        for wrong in ["E.2", ".2EE", ".E"] {
+            assert_eq!(Format::parse(wrong), None, "{wrong}");
+        }
+    }
 }

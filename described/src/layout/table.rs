@@ -20,6 +20,8 @@ use wire::serial::SerialSettings;
 /// Limit of printed numbers without a range. Assumption: with a few decimals a dozen of them fit a packet, and no
 /// device prints larger ones.
 const PRINTED_MAX: f64 = 1e9;
+/// The same with an exponent. SCPI prints infinity as 9.9E37, and what is no number as 9.91E37 (SCPI-99, 7.2.1.4).
+const PRINTED_WITH_EXPONENT_MAX: f64 = 1e38;
 
 impl Layout {
     /// The layout of `[[message]]` tables.
@@ -193,7 +195,9 @@ fn line(
     for field in &pattern.fields {
         let storage = Storage::Printed { format: field.format };
         let said = table.fields.iter().enumerate().find(|(_, said)| said.name == field.name);
-        let limits = (-PRINTED_MAX, PRINTED_MAX);
+        let greatest =
+            if field.format.has_exponent() { PRINTED_WITH_EXPONENT_MAX } else { PRINTED_MAX };
+        let limits = (-greatest, greatest);
         signals.push(match said {
             Some((index, said)) => {
                 signal(said, storage, limits, &place.key("fields").index(index))?

@@ -1,8 +1,8 @@
 //! Lines of text: one pattern writes and reads them.
 //!
 //! A pattern is text with fields in braces: `T={Temperature:.2} H={HeaterOn:.0}\r\n`. The colon is followed by
-//! optional parts: `+` (always a sign), `0` (padding with zeros instead of blanks), the width, and the number of
-//! decimals after a point. `{{` and `}}` are literal braces. `{checksum}` are the hexadecimal digits of a checksum, as in
+//! optional parts: `+` (always a sign), `0` (padding with zeros instead of blanks), the width, the number of decimals
+//! after a point, and `E` for an exponent. `{{` and `}}` are literal braces. `{checksum}` are the hexadecimal digits of a checksum, as in
 //! NMEA 0183: `$HEHDT,{Heading:.1},T*{checksum}\r\n`.
 
 use super::printed::{Format, Match, number_length};
@@ -66,7 +66,7 @@ pub(crate) struct Pattern {
 pub(crate) enum PatternError {
     #[error("a brace without its other half; a brace itself is written twice")]
     Brace,
-    #[error("`{{{0}}}` is not a field: a name, then `:+08.3` where it is formatted")]
+    #[error("`{{{0}}}` is not a field: a name, then `:+08.3` or `:+.4E` where it is formatted")]
     Field(String),
     #[error("`{0}` and what follows it cannot be told apart: put text between them")]
     Ambiguous(String),

@@ -101,7 +101,7 @@ fn place_table(rig: &mut Rig, plans: &mut PortPlans, player: &Player, plan: usiz
     let near = if player.is_emulated() {
         let host = end(away, PortId(1), Device::Plan, "plan");
         let device = end(robot, CARRIER, Device::Table, TABLE);
-        let near = Line::serial(wire::table::SETTINGS, [host, device]).unrecorded();
+        let near = Line::serial(wire::table::SETTINGS, vec![host, device]).unrecorded();
         Some(rig.line(TABLE, near))
     } else {
         // The emulated table follows the real one, so that an emulated gyro on it turns.
@@ -215,13 +215,13 @@ pub fn alone(rig: &mut Rig, description: &Arc<Description>, seed: u64) -> usize 
     let emulated = Part::Described(Box::new(Described::new(DEVICE, description, seed)));
     let device = rig.node(Node::new(DEVICE, emulated));
     let away = rig.node(Node::new("port", Part::Away));
-    let ends = [
+    let ends = vec![
         end(away, PortId(0), Device::Plan, "host"),
         end(device, PortId(0), Device::Device, DEVICE),
     ];
     let layout = description.layout();
     let mut line = match layout.medium() {
-        Medium::Can => Line::can(RigLine::of_device(layout).rates(), ends.into()),
+        Medium::Can => Line::can(RigLine::of_device(layout).rates(), ends),
         Medium::Serial(settings) => Line::serial(settings, ends),
     };
     line.expect_messages(layout, Some(Sender::Device));

@@ -215,7 +215,7 @@ impl<E: Cause> Builder<'_, E> {
                 return Err(self.mistake(("node", number, "at"), message, None).into());
             }
             let (part, channel) = self.part(file, number, &lines)?;
-            self.check_ends(number, &lines, &built)?;
+            self.check_ends((file, number), &lines, &built)?;
             let virtual_time = self.virtual_time(file, number)?;
             let isotp = self.isotp(node, number)?.or(channel);
             let name = name.to_owned();
@@ -337,6 +337,8 @@ impl<E: Cause> Builder<'_, E> {
             self.check_carries(line, &layout, ("node", number, "at"))?;
         }
         self.check_agrees(&layout, (node, number, key), *line)?;
+        let other = self.rig.speakers.iter().find(|known| known.line == *line);
+        let other = other.map(|other| (other.node.clone(), other.layout.medium()));
         let known = line.checked_sub(of_robot).and_then(|place| self.rig.lines.get_mut(place));
         match (known, layout.medium()) {
             (
@@ -344,6 +346,12 @@ impl<E: Cause> Builder<'_, E> {
                 Medium::Serial(settings),
             ) => {
                 *medium = Medium::Serial(settings);
+                if let Some((other, _)) = other.filter(|(_, medium)| *medium != layout.medium()) {
+                    let message =
+                        format!("`{}` and `{other}` have other settings of one line", node.name);
+                    let help = "`[serial]` is the same in the files of both".to_owned();
+                    return Err(self.mistake(("node", number, key), message, Some(help)).into());
+                }
             }
             (Some(RigLine { medium: Medium::Can, .. }) | None, Medium::Can) => {}
             _ => {

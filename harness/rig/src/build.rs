@@ -34,20 +34,20 @@ pub fn paper(bench: Bench, controller: Option<Hosted>) -> Rig {
     let controller = rig.node(Node::new("controller", part));
     let device = end(robot, super::robot::GYRO, Device::Gyro, "gyro");
     let host = end(controller, GYRO, Device::Controller, "controller");
-    rig.line("gyro", Line::serial(stream.format.serial(), [device, host]));
+    rig.line("gyro", Line::serial(stream.format.serial(), vec![device, host]));
     let device = end(robot, CARRIER, Device::Base, "base");
     let host = end(controller, BASE, Device::Controller, "controller");
     match transport {
         Some(Transport::Can) => rig.line("base", Line::can(BitRates::USUAL, vec![host, device])),
         Some(Transport::Serial) => {
             let settings = wire::base::serial_link::SETTINGS;
-            rig.line("base", Line::serial(settings, [host, device]))
+            rig.line("base", Line::serial(settings, vec![host, device]))
         }
         None => {
             let plan = rig.node(Node::new("plan", Part::Plan));
             let host = end(plan, PortId(0), Device::Plan, "plan");
             let device = end(robot, CARRIER, Device::Table, "table");
-            rig.line("table", Line::serial(wire::table::SETTINGS, [host, device]))
+            rig.line("table", Line::serial(wire::table::SETTINGS, vec![host, device]))
         }
     };
     rig
@@ -120,17 +120,10 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
     away
 }
 
-fn line_of(declared: &RigLine, mut ends: Vec<End>) -> Line {
+fn line_of(declared: &RigLine, ends: Vec<End>) -> Line {
     match declared.medium {
         Medium::Can => Line::can(declared.rates(), ends),
-        Medium::Serial(settings) => {
-            let second = ends.pop();
-            match (ends.pop(), second) {
-                (Some(first), Some(second)) => Line::serial(settings, [first, second]),
-                // No node is on the line.
-                _ => Line::can(BitRates::USUAL, Vec::new()),
-            }
-        }
+        Medium::Serial(settings) => Line::serial(settings, ends),
     }
 }
 

@@ -1,8 +1,8 @@
-//! A line between nodes: both directions of a serial line, or a CAN bus that all ends receive.
+//! A line between nodes: a serial line between two, one that several share (RS-485), or a CAN bus.
 
 pub use crate::link::EndId;
 
-use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
+use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering, collide};
 use described::{Layout, Message, Sender};
 use plan::faults::{Chance, Chances};
 use plan::faults::{FaultKind, Toward};
@@ -27,8 +27,8 @@ pub struct End {
 /// Medium between the ends.
 #[derive(Debug, Clone)]
 enum Wire {
-    /// From the first end to the second, and back.
-    Serial([SerialLine; 2]),
+    /// One for each end: from it to all others.
+    Serial(Vec<SerialLine>),
     Can(CanBus),
     /// Not paced here: a port of the system paces it, so what is sent arrives at once.
     Direct(VecDeque<(EndId, Transmit)>),
@@ -47,6 +47,7 @@ pub struct Line {
     /// Items expected on a direct line.
     expected: usize,
     dropped: u64,
+    collisions: u64,
     /// See [`Self::next_arrival`]: cached, because it is needed at every event.
     next_arrival: Timestamp,
     /// The last fault that began on the line: changes of error states are attributed to it.
@@ -56,9 +57,10 @@ pub struct Line {
 }
 
 impl Line {
-    pub fn serial(settings: SerialSettings, ends: [End; 2]) -> Self {
-        let wire = Wire::Serial([SerialLine::new(settings), SerialLine::new(settings)]);
-        Self::of(wire, ends.into())
+    /// A serial line with these ends. Two can send at the same time; of more, what two send at the same time collides.
+    pub fn serial(settings: SerialSettings, ends: Vec<End>) -> Self {
+        let ways = ends.iter().map(|_| SerialLine::new(settings)).collect();
+        Self::of(Wire::Serial(ways), ends)
     }
 
     /// A CAN bus of these bit rates.
@@ -68,6 +70,10 @@ impl Line {
 
     /// Adds an end; returns its index.
     pub(super) fn add(&mut self, end: End) -> usize {
+        if let Wire::Serial(ways) = &mut self.wire {
+            let way = ways.first().map(SerialLine::another);
+            ways.extend(way);
+        }
         self.ends.push(end);
         self.ends.len() - 1
     }
@@ -85,6 +91,7 @@ impl Line {
             is_recorded: true,
             expected: 0,
             dropped: 0,
+            collisions: 0,
             next_arrival: Timestamp::MAX,
             struck_last: 0,
             stranger: Device::Plan,
@@ -155,7 +162,9 @@ impl Line {
     #[inline]
     fn look_ahead(&mut self) {
         self.next_arrival = match &self.wire {
-            Wire::Serial([there, back]) => there.next_arrival().min(back.next_arrival()),
+            Wire::Serial(ways) => {
+                ways.iter().map(SerialLine::next_arrival).min().unwrap_or(Timestamp::MAX)
+            }
             Wire::Can(bus) => bus.next_arrival(),
             Wire::Direct(queue) if queue.is_empty() => Timestamp::MAX,
             Wire::Direct(_) => Timestamp::ZERO,
@@ -171,6 +180,9 @@ impl Line {
             (Wire::Serial(ways), Transmit::Bytes(packet)) => {
                 if let Some(way) = ways.get_mut(from.place()) {
                     way.send(now, *packet);
+                }
+                if ways.len() > 2 {
+                    self.collisions += collide(ways, from.place());
                 }
             }
             (Wire::Can(bus), Transmit::Frame(frame)) => bus.send(now, from, *frame),
@@ -199,12 +211,11 @@ impl Line {
             return None;
         }
         let arrived = match &mut self.wire {
-            Wire::Serial([there, back]) => {
-                let (from, way) = match there.next_arrival() <= now {
-                    true => (EndId(0), there),
-                    false => (EndId(1), back),
-                };
-                way.arrived(now).map(|packet| (from, Transmit::Bytes(packet)))
+            Wire::Serial(ways) => {
+                let mut ways = ways.iter_mut().enumerate();
+                ways.find_map(|(place, way)| {
+                    Some((EndId::of(place), Transmit::Bytes(way.arrived(now)?)))
+                })
             }
             Wire::Can(bus) => bus.arrived(now).map(|(from, frame)| (from, Transmit::Frame(frame))),
             Wire::Direct(queue) => queue.pop_front(),
@@ -216,7 +227,7 @@ impl Line {
     /// Shortest time that this number of bytes takes on the line; zero on a bus.
     pub(super) fn time_for(&self, bytes: usize) -> Span {
         match &self.wire {
-            Wire::Serial([way, _]) => way.time_for(bytes),
+            Wire::Serial(ways) => ways.first().map_or(Span::ZERO, |way| way.time_for(bytes)),
             Wire::Can(_) | Wire::Direct(_) => Span::ZERO,
         }
     }
@@ -227,6 +238,11 @@ impl Line {
             Wire::Can(bus) => bus.no_room(),
             Wire::Serial(_) | Wire::Direct(_) => self.dropped(),
         }
+    }
+
+    /// How often two nodes sent at the same time on a serial line that more share.
+    pub const fn collisions(&self) -> u64 {
+        self.collisions
     }
 
     pub fn dropped(&self) -> u64 {
@@ -279,22 +295,21 @@ impl Line {
                 if toward != Toward::Host && !of_bus {
                     let others = ends.iter().filter(|end| **end != of);
                     for (count, other) in others.enumerate() {
-                        let name = match count {
-                            0 => "to device".to_owned(),
-                            more => format!("to device {more}"),
-                        };
-                        strike(&name, Some(*other));
+                        strike(&to_device(count), Some(*other));
                     }
                 }
             }
             Wire::Serial(ways) => {
+                let mut others = 0;
                 for (place, way) in ways.iter_mut().enumerate() {
-                    let (direction, name) = match EndId::of(place) == of {
-                        true => (Toward::Host, "to host"),
-                        false => (Toward::Device, "to device"),
+                    let is_its = EndId::of(place) == of;
+                    let (direction, name) = match is_its {
+                        true => (Toward::Host, "to host".to_owned()),
+                        false => (Toward::Device, to_device(others)),
                     };
+                    others += usize::from(!is_its);
                     if toward == Toward::Both || toward == direction {
-                        way.begin_fault(now, number, kind, chances.of(name));
+                        way.begin_fault(now, number, kind, chances.of(&name));
                     }
                 }
             }
@@ -324,5 +339,13 @@ impl Line {
         };
         self.look_ahead();
         tampered + acted
+    }
+}
+
+/// The name of the random numbers of what this one of the other ends sends.
+fn to_device(count: usize) -> String {
+    match count {
+        0 => "to device".to_owned(),
+        more => format!("to device {more}"),
     }
 }

@@ -38,6 +38,10 @@ impl Rig {
             if lost > 0 {
                 remarks.push(format!("{lost} messages lost on {name}: too many waited for it"));
             }
+            if line.collisions() > 0 {
+                let times = figures::times(line.collisions());
+                remarks.push(format!("{times} two nodes sent at the same time on {name}"));
+            }
         }
         for node in &self.nodes {
             let Part::Described(described) = &node.part else { continue };

@@ -87,10 +87,10 @@ fn paper(parts: &Parts, setup: &Setup) -> (Rig, PortPlans, Lines) {
         let is_at = |node: &Node| matches!(&node.part, Part::Robot(robot) if robot.has(target));
         let Some(node) = rig.nodes.iter().position(is_at) else { continue };
         let away = rig.node(Node::new("host", Part::Away));
-        let ends = [end(away, PortId(0), Device::Plan, "host"), end(node, at, device, name)];
+        let ends = vec![end(away, PortId(0), Device::Plan, "host"), end(node, at, device, name)];
         let (kind, line) = match traffic {
             Traffic::Bytes(settings) => (LineKind::Serial, Line::serial(settings, ends)),
-            Traffic::Frames(rates) => (LineKind::Can, Line::can(rates, ends.into())),
+            Traffic::Frames(rates) => (LineKind::Can, Line::can(rates, ends)),
         };
         let line = rig.line(name, line);
         lines.nodes.push((target, kind));

@@ -156,20 +156,38 @@ impl<E: Cause> Builder<'_, E> {
         Ok(())
     }
 
+    /// Checks who shares a serial line: two nodes, or several devices and one host (RS-485). Bytes name no sender, so that
+    /// only the two ends of a line can be replayed, or under test beside each other.
     pub(super) fn check_ends(
         &self,
-        number: usize,
+        (file, number): (&RigFile, usize),
         lines: &[usize],
         built: &[(usize, RigNode)],
     ) -> Result<(), LibraryError> {
         for line in lines {
             let Some(found) = self.line(*line) else { continue };
-            let ends = built.iter().filter(|(_, node)| node.lines.contains(line)).count();
-            if found.medium != Medium::Can && ends == 2 {
-                let message = format!("a third end on the serial line `{}`", found.name);
-                let help = "a serial line joins two: give the node a line of its own".to_owned();
-                return Err(self.mistake(("node", number, "at"), message, Some(help)));
+            let others = built.iter().filter(|(_, node)| node.lines.contains(line));
+            let mut ends: Vec<&NodeTable> = others.map(|(other, _)| &file.nodes[*other]).collect();
+            ends.push(&file.nodes[number]);
+            if found.medium == Medium::Can || ends.len() < 3 {
+                continue;
             }
+            let is_host = |node: &&&NodeTable| node.description().is_none();
+            let (what, help) = if ends.iter().filter(is_host).count() > 1 {
+                let help = "a serial line joins two nodes, or several devices that files describe and one host";
+                ("a second host", help)
+            } else if ends.iter().any(|node| node.replay.is_some()) {
+                ("a log", "bytes in a log name no sender: a log plays one of two ends")
+            } else if ends.iter().filter(|node| node.under_test.is_some()).count() > 1 {
+                let help =
+                    "bytes at a port name no sender: of more than two ends one is under test";
+                ("a second node under test", help)
+            } else {
+                continue;
+            };
+            let message =
+                format!("{what} on the serial line `{}` of {} ends", found.name, ends.len());
+            return Err(self.mistake(("node", number, "at"), message, Some(help.to_owned())));
         }
         Ok(())
     }

@@ -3,7 +3,6 @@
 use super::{Builder, Cause};
 use crate::library::LibraryError;
 use crate::rig::{LineTable, NodeTable, RigFile};
-use crate::speakers::is_canopen;
 use described::hint;
 use described::{IsoTp, Layout, Sender};
 
@@ -33,14 +32,19 @@ impl<E: Cause> Builder<'_, E> {
         let own = line.checked_sub(self.rig.robot_lines());
         let Some((own, dbcs)) = own.and_then(|own| Some((own, self.dbcs.get(&own)?))) else {
             let others = self.rig.speakers.iter().filter(|known| known.line == line);
-            let devices = others.clone().filter(|known| is_canopen(known));
+            let devices = others.filter(|known| known.sender == Sender::Device);
             let devices: Vec<_> = devices.map(|one| (one.node.as_str(), &one.layout)).collect();
-            if devices.len() > 1 {
-                return Ok(Some((Layout::of_master(&devices), Sender::Host)));
-            }
-            let other = others.clone().next();
-            let other = other.filter(|other| other.sender == Sender::Device);
-            return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
+            return match devices[..] {
+                [] => Ok(None),
+                [(_, layout)] => Ok(Some((layout.clone(), Sender::Host))),
+                _ => match Layout::of_host(&devices) {
+                    Ok(layout) => Ok(Some((layout, Sender::Host))),
+                    Err(text) => {
+                        let help = "each device on the line hears messages of its own".to_owned();
+                        Err(self.mistake(("node", number, "at"), text, Some(help)).into())
+                    }
+                },
+            };
         };
         let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
         let nodes = dbcs.iter().flat_map(|dbc| dbc.nodes());

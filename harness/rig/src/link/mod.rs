@@ -9,5 +9,5 @@ mod tampering;
 pub use can_bus::{CanBus, ErrorCounters, ErrorState, StateChange};
 pub use end_id::EndId;
 pub use gilbert_elliott::GilbertElliott;
-pub use serial_line::SerialLine;
+pub use serial_line::{SerialLine, collide};
 pub use tampering::{Struck, Tampering};

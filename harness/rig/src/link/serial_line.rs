@@ -1,8 +1,10 @@
 //! One direction of a serial line: bytes arrive when their last stop bit has passed. Faults are optional.
 
+mod collision;
 mod faulty;
 mod uart;
 
+pub use collision::collide;
 use faulty::Faulty;
 use std::collections::VecDeque;
 use wire::packet::Packet;
@@ -34,6 +36,11 @@ impl SerialLine {
             dropped: 0,
             faulty: None,
         }
+    }
+
+    /// An idle line of the same settings.
+    pub const fn another(&self) -> Self {
+        Self::new(self.settings)
     }
 
     /// So many packets more may wait at once.
