@@ -43,6 +43,7 @@ mod rig_files;
 mod rigs;
 mod seeds;
 mod sentences;
+mod several_lines;
 mod silence;
 mod strange_frames;
 mod uart_settings;

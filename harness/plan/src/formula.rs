@@ -1,6 +1,6 @@
 //! Formulas of a plan, over the signals that the nodes of its rig send.
 
-use super::speakers::{DEVICE, MessagePlace, OfMessage, Speaker, resolve, signal};
+use super::speakers::{DEVICE, MessagePlace, OfMessage, Speaker, resolve, signal, which};
 use described::{Decoded, Verdict};
 use std::collections::BTreeMap;
 use temporal::{Formula, Mistake, NotFound, Protecting, Signal, Signals};
@@ -82,13 +82,13 @@ impl Sent<'_> {
     fn place(&self, name: &str) -> Result<MessagePlace, NotFound> {
         let nodes = |node: &str| self.0.iter().any(|speaker| speaker.node == node);
         if let Some((node, signal)) = name.split_once('.').filter(|(node, _)| nodes(node)) {
-            return resolve(self.0, OfMessage::Signal { node, name: signal }).map_err(
-                |(message, _)| {
-                    // As `names` has them.
-                    let wrong = if node == DEVICE { signal } else { name };
-                    NotFound { message, ..self.unknown(wrong) }
-                },
-            );
+            let of = OfMessage::Signal { node, name: signal };
+            return resolve(self.0, of).map_err(|(message, known)| {
+                // As `names` has them.
+                let wrong = if node == DEVICE { signal } else { name };
+                let help = which(of, &known).or_else(|| self.unknown(wrong).help);
+                NotFound { message, help }
+            });
         }
         let mut owners: Vec<&str> = self.0.iter().map(|one| one.node.as_str()).collect();
         owners.dedup();

@@ -238,11 +238,12 @@ impl Rig {
     pub fn of_device(description: Arc<Description>) -> Self {
         let layout = description.layout().clone();
         let line = RigLine::of_device(&layout);
-        let speaker = |node: &str, sender| Speaker {
-            node: node.to_owned(),
+        let speaker = Speaker {
+            node: DEVICE.to_owned(),
             line: 0,
+            line_name: line.name.clone(),
             layout: layout.clone(),
-            sender,
+            sender: Sender::Device,
         };
         let host = NodePart::Tester(layout.clone(), Sender::Host);
         Self {
@@ -251,7 +252,7 @@ impl Rig {
                 RigNode::of_device("host", host),
                 RigNode::of_device(DEVICE, NodePart::Described(description)),
             ],
-            speakers: vec![speaker(DEVICE, Sender::Device)],
+            speakers: vec![speaker],
             is_short: true,
             ..Self::default()
         }

@@ -289,6 +289,11 @@ impl<E: Cause> Builder<'_, E> {
             };
             return Ok((part, channel));
         }
+        if node.tester == Some(true) && lines.len() > 1 {
+            let message = format!("the tester `{}` is on several lines", node.name);
+            let help = "give each line a tester of its own".to_owned();
+            return Err(self.mistake(("node", number, "at"), message, Some(help)).into());
+        }
         let mut tester = None;
         for line in lines {
             let words = self.words(file, number, *line)?;
@@ -368,6 +373,7 @@ impl<E: Cause> Builder<'_, E> {
         self.rig.speakers.push(Speaker {
             node: node.name.as_str().to_owned(),
             line,
+            line_name: self.rig.line_name(line).to_owned(),
             layout,
             sender,
         });

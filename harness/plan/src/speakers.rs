@@ -47,13 +47,24 @@ impl<'a> OfMessage<'a> {
             },
             node => Self::Signal { node, name: rest },
         };
-        one.name().split('.').all(is_identifier).then_some(one)
+        // The line, where it is named, may have hyphens.
+        let (line, rest) = one.name().split_once('.').unwrap_or(("", one.name()));
+        let is_line = line.is_empty() || is_identifier(line) || Name::new(line).is_some();
+        (is_line && rest.split('.').all(is_identifier)).then_some(one)
     }
 
     /// The node that sends it.
     pub const fn node(&self) -> &'a str {
         match self {
             Self::Signal { node, .. } | Self::Period { node, .. } => node,
+        }
+    }
+
+    /// The same of a signal or message with this name.
+    const fn called(self, name: &'a str) -> Self {
+        match self {
+            Self::Signal { node, .. } => Self::Signal { node, name },
+            Self::Period { node, .. } => Self::Period { node, name },
         }
     }
 
@@ -77,6 +88,8 @@ pub struct Speaker {
     pub node: String,
     /// Index of the line in the rig.
     pub line: usize,
+    /// The name of the line.
+    pub line_name: String,
     /// The messages of the line, as far as a file describes them.
     pub layout: Layout,
     /// Which of them this node sends.
@@ -174,26 +187,57 @@ pub(crate) fn whose(node: &str) -> String {
     if node == DEVICE { "the device".to_owned() } else { format!("`{node}`") }
 }
 
-/// Resolves a name of a message or signal among `speakers`.
+/// Resolves a name of a message or signal among `speakers`. `LINE.` before it selects one of several lines of the node.
 ///
 /// # Errors
 /// The error, and the names that exist.
 pub fn resolve(speakers: &[Speaker], of: OfMessage<'_>) -> Result<MessagePlace, Unknown> {
-    let mut wrong = None;
-    for (index, speaker) in speakers.iter().enumerate() {
-        if speaker.node != of.node() {
-            continue;
-        }
-        match speaker.find(of) {
-            Ok((message, signal)) => return Ok(MessagePlace { speaker: index, message, signal }),
+    let of_node = |one: &&(usize, &Speaker)| one.1.node == of.node();
+    let all: Vec<(usize, &Speaker)> = speakers.iter().enumerate().collect();
+    let line = of.name().split_once('.').filter(|(line, _)| {
+        all.iter().filter(of_node).any(|(_, speaker)| speaker.line_name == *line)
+    });
+    let name = line.map_or_else(|| of.name(), |(_, name)| name);
+    let is_meant =
+        |one: &&(usize, &Speaker)| line.is_none_or(|(line, _)| one.1.line_name == line);
+    let (mut found, mut wrong): (Vec<(&Speaker, MessagePlace)>, _) = (Vec::new(), None);
+    for (index, speaker) in all.iter().filter(of_node).filter(is_meant) {
+        match speaker.find(of.called(name)) {
+            Ok((message, signal)) => {
+                // A node may have several layouts on one line.
+                if found.iter().all(|(known, _)| known.line != speaker.line) {
+                    found.push((speaker, MessagePlace { speaker: *index, message, signal }));
+                }
+            }
             Err(why) => wrong = wrong.or(Some(why)),
         }
     }
-    Err(wrong.unwrap_or_else(|| {
-        let mut nodes: Vec<String> = speakers.iter().map(|one| one.node.clone()).collect();
-        nodes.dedup();
-        (format!("no node `{}` whose messages are known", of.node()), nodes)
-    }))
+    match found[..] {
+        [(_, only)] => Ok(only),
+        [] => Err(wrong.unwrap_or_else(|| {
+            let mut nodes: Vec<String> = speakers.iter().map(|one| one.node.clone()).collect();
+            nodes.dedup();
+            (format!("no node `{}` whose messages are known", of.node()), nodes)
+        })),
+        _ => {
+            let each = found.iter().map(|(speaker, _)| format!("{}.{name}", speaker.line_name));
+            Err((format!("{} sends `{name}` on several lines", whose(of.node())), each.collect()))
+        }
+    }
+}
+
+/// A proposal to say which of several is meant, if any of the known names ends in the name.
+pub(super) fn which(of: OfMessage<'_>, known: &[impl AsRef<str>]) -> Option<String> {
+    let ending = format!(".{}", of.name());
+    let owner = match of {
+        OfMessage::Signal { node: DEVICE, .. } => SIGNAL.to_owned(),
+        OfMessage::Signal { node, .. } => node.to_owned(),
+        OfMessage::Period { node: DEVICE, .. } => PERIOD.to_owned(),
+        OfMessage::Period { node, .. } => format!("{PERIOD}.{node}"),
+    };
+    let each = known.iter().map(AsRef::as_ref).filter(|known| known.ends_with(&ending));
+    let each: Vec<String> = each.map(|known| format!("`{owner}.{known}`")).collect();
+    (!each.is_empty()).then(|| format!("say which: {}", each.join(" or ")))
 }
 
 /// The signal at a place; `None` for a message.

@@ -7,7 +7,7 @@ use super::name::ParameterName;
 use super::property::{Kind, Property, Stated};
 use super::quantity::QuantityName;
 use super::rig::Rig;
-use super::speakers::{DEVICE, OfMessage, resolve, unit, whose};
+use super::speakers::{DEVICE, OfMessage, resolve, unit, which, whose};
 use described::hint::proposal;
 use described::{Message, Sender, SignalValue};
 use described::{Mistake, Place};
@@ -342,13 +342,4 @@ fn not_carried(message: &Message, set: &BTreeMap<String, SignalValue>) -> Option
         }
     }
     None
-}
-
-/// The quantities that an ambiguous name may mean, if that is what is wrong with it.
-fn which(quantity: OfMessage<'_>, known: &[&str]) -> Option<String> {
-    let ending = format!(".{}", quantity.name());
-    let owner = if quantity.node() == DEVICE { "signal" } else { quantity.node() };
-    let each = known.iter().filter(|known| known.ends_with(&ending));
-    let each: Vec<String> = each.map(|known| format!("`{owner}.{known}`")).collect();
-    (!each.is_empty()).then(|| format!("say which: {}", each.join(" or ")))
 }

@@ -142,11 +142,7 @@ impl Director {
                 Some(robot) => robot.bench.place(now, pose).map_err(str::to_owned),
                 None => Err("this bench has no robot that could be carried".to_owned()),
             },
-            Order::SetParameter { device, .. } | Order::PowerCycle { device, .. }
-                if is_replayed(rig, &device) =>
-            {
-                Ok(())
-            }
+            Order::SetParameter { device, .. } if is_replayed(rig, &device) => Ok(()),
             Order::SetParameter { device, parameter, value } => {
                 set_parameter(rig, now, &device, &parameter, value)
             }
@@ -155,6 +151,7 @@ impl Director {
                 match place.map(|node| &mut node.part) {
                     // The node answers once it is on again.
                     Some(Part::Described(described)) => return described.cycle(now, now + off),
+                    Some(Part::Replayed(replaying)) => return replaying.cycle(now + off),
                     _ => Err(format!("this bench cannot switch the power of \"{device}\"")),
                 }
             }

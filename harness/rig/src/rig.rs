@@ -288,7 +288,13 @@ impl Rig {
                     machine.wake(now);
                     reached(place);
                 }
-                Part::Replayed(replaying) if replaying.next_wakeup() <= now => reached(place),
+                Part::Replayed(replaying) if replaying.next_wakeup() <= now => {
+                    if replaying.is_back(now) {
+                        engine.answered(now);
+                        was_told = true;
+                    }
+                    reached(place);
+                }
                 Part::Own(device) if device.next_wakeup() <= now => {
                     device.wake(now);
                     if let Some(how) = device.guest.ended() {

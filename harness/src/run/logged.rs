@@ -34,8 +34,9 @@ pub fn logged(
             by = by.max(latest - at);
         }
         latest = latest.max(at);
-        // The order of the log is kept: of several at one time each is a nanosecond later than the one before.
-        last = if log.is_empty() { at } else { at.max(last + Span::from_nanos(1)) };
+        // The order of the log is kept: of several at one time each is a nanosecond later than the one before. The first is
+        // later than the beginning of the plan, so that it belongs to the first step.
+        last = at.max(last + Span::from_nanos(1));
         let channel =
             channels.entry(entry.channel).or_insert_with(|| entry.channel.as_str().into());
         let sent = entry.direction.map(|direction| direction == Direction::Tx);

@@ -277,3 +277,38 @@ fn what_another_plan_judges_and_the_record_lacks_is_named() {
     let own = within(&hil, &["check", "run"]).exits(0).out;
     assert!(!own.contains("nothing was judged"), "{own}");
 }
+
+/// Writes a plan on the oven and imports this log by it.
+fn imported(hil: &Hil, log: &str, steps: &str, check: &str) -> Ran {
+    let plan = format!(
+        "name = \"own\"\ntitle = \"What the log says\"\ndevice = \"oven\"\nsteps = [{steps}]\n\
+         [[measurement]]\nname = \"temperature\"\ndoc = \"In the step\"\nquantity = \"signal.Temperature\"\n\
+         unit = \"degC\"\ncheck = {check}\n"
+    );
+    fs::write(hil.path("oven/own.toml"), plan).unwrap();
+    within(hil, &["import", log, "--plan", "own.toml", "--out", log.trim_end_matches(".log")])
+}
+
+#[test]
+fn the_first_frame_of_a_log_belongs_to_the_first_step() {
+    let hil = recorded();
+    let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
+    // The oven is warm at the end of the log.
+    let (_, warm) = log.rsplit_once(") can0 101#").unwrap();
+    let warm = warm.lines().next().unwrap();
+    fs::write(hil.path("oven/hot.log"), format!("(0.0) can0 101#{warm}\n{log}")).unwrap();
+    let all = "{ wait = { duration_s = 1 }, label = \"all\" }";
+    let cold = "{ never_outside = { band = [0, 40], during = \"all\" } }";
+    imported(&hil, "rigs/oven.log", all, cold).exits(0);
+    let ran = imported(&hil, "hot.log", all, cold).exits(1);
+    assert!(ran.out.contains("temperature  59"), "{}", ran.out);
+}
+
+#[test]
+fn a_device_in_a_log_is_off_for_as_long_as_it_was() {
+    let hil = recorded();
+    let steps = "{ wait = { duration_s = 1 } }, { power_cycle = { device = \"device\", off_s = 2 } }, \
+                 { wait = { duration_s = 1 } }";
+    let ran = imported(&hil, "rigs/oven.log", steps, "{ all_within = [0, 100] }").exits(0);
+    assert!(ran.out.contains("the bench ran 4.0 s"), "{}", ran.out);
+}
