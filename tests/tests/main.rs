@@ -31,6 +31,7 @@ mod multi_drop;
 mod mutants;
 mod noticing;
 mod offsets;
+mod one_receiver;
 mod power_cycle;
 mod programs;
 mod properties;

@@ -35,8 +35,17 @@ pub(crate) fn outcome(measurements: &[Measurement]) -> Outcome {
 /// Judges one measurement. `observations` may contain other quantities and be in any order.
 pub fn judge(declared: &Declared, observations: &Observations) -> Measurement {
     let (check, selection) = (declared.check.kind(), declared.select(observations));
-    let bounds = check.facts().figure_band;
-    let judged = selection.complete().and_then(|()| check.figure(&selection));
+    let facts = check.facts();
+    let bounds = facts.figure_band;
+    let judged = match selection.complete() {
+        // One value outside the band fails the check, however few there are.
+        Err(Refusal::Unset(why)) if facts.needs_every_value => {
+            check.figure(&selection).and_then(|found| {
+                if found.verdict == Verdict::Fail { Ok(found) } else { Err(Refusal::Unset(why)) }
+            })
+        }
+        complete => complete.and_then(|()| check.figure(&selection)),
+    };
     let (value, uncertainty, verdict, statistic) = match judged {
         Ok(found) if declared.band_holds_reference => {
             let exact = check.figure(&selection.taken_as_exact());

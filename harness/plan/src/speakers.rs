@@ -198,8 +198,7 @@ pub fn resolve(speakers: &[Speaker], of: OfMessage<'_>) -> Result<MessagePlace, 
         all.iter().filter(of_node).any(|(_, speaker)| speaker.line_name == *line)
     });
     let name = line.map_or_else(|| of.name(), |(_, name)| name);
-    let is_meant =
-        |one: &&(usize, &Speaker)| line.is_none_or(|(line, _)| one.1.line_name == line);
+    let is_meant = |one: &&(usize, &Speaker)| line.is_none_or(|(line, _)| one.1.line_name == line);
     let (mut found, mut wrong): (Vec<(&Speaker, MessagePlace)>, _) = (Vec::new(), None);
     for (index, speaker) in all.iter().filter(of_node).filter(is_meant) {
         match speaker.find(of.called(name)) {

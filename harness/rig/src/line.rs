@@ -224,6 +224,19 @@ impl Line {
         arrived
     }
 
+    /// Whether the node at this end has lost what arrived last.
+    #[inline]
+    pub fn misses(&self, of: EndId) -> bool {
+        matches!(&self.wire, Wire::Can(bus) if bus.is_missed_by(of))
+    }
+
+    /// Draws anew which nodes [miss](Self::misses) this frame of `from`, which is known to have come through.
+    pub fn lose(&mut self, from: EndId, what: &Transmit) {
+        if let (Wire::Can(bus), Transmit::Frame(frame)) = (&mut self.wire, what) {
+            bus.lose(from, frame);
+        }
+    }
+
     /// Shortest time that this number of bytes takes on the line; zero on a bus.
     pub(super) fn time_for(&self, bytes: usize) -> Span {
         match &self.wire {
@@ -278,24 +291,36 @@ impl Line {
         chances: &Chances,
     ) {
         self.struck_last = number;
+        // Of the paper's base, each frame is judged by whether it came through.
+        let is_of_base = |end: &End| matches!(end.who, Device::Base | Device::Controller);
+        let is_shared = self.ends.len() > 2 && !self.ends.iter().any(is_of_base);
         match &mut self.wire {
             Wire::Can(bus) => {
                 let ends: Vec<EndId> = (0..self.ends.len()).map(EndId::of).collect();
-                let mut strike = |name: &str, from| {
+                let mut strike = |name: &str, from, at| {
                     let fault = (number, kind, chances.of(name));
-                    bus.begin_fault(now, fault, (from, only), &ends);
+                    bus.begin_fault(now, fault, (from, at, only), &ends);
                 };
                 let of_bus = kind.makes_frames();
                 if of_bus {
-                    strike("bus", None);
+                    strike("bus", None, None);
                 }
                 if toward != Toward::Device && !of_bus {
-                    strike("to host", Some(of));
+                    strike("to host", Some(of), None);
                 }
-                if toward != Toward::Host && !of_bus {
+                let loses = matches!(
+                    kind,
+                    FaultKind::Drop { .. }
+                        | FaultKind::BurstLoss { .. }
+                        | FaultKind::Disconnect { .. }
+                );
+                if toward != Toward::Host && loses && is_shared && of.place() < ends.len() {
+                    // The others hear each other.
+                    strike("to device", None, Some(of));
+                } else if toward != Toward::Host && !of_bus {
                     let others = ends.iter().filter(|end| **end != of);
                     for (count, other) in others.enumerate() {
-                        strike(&to_device(count), Some(*other));
+                        strike(&to_device(count), Some(*other), None);
                     }
                 }
             }

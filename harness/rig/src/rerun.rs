@@ -368,11 +368,14 @@ impl Again {
         };
         let from = from(line).unwrap_or(EndId::STRANGER);
         let ends = self.rig.lines[line].ends().iter().enumerate();
-        let hear = ends
-            .filter(|(place, end)| EndId::of(*place) != from && self.tested.contains(&end.node));
-        for (node, port) in hear.map(|(_, end)| (end.node, end.port)).collect::<Vec<_>>() {
-            for one in what {
-                self.rig.nodes[node].receive(self.now, port, one);
+        let mut hear: Vec<_> = ends.map(|(at, end)| (EndId::of(at), end.node, end.port)).collect();
+        hear.retain(|(at, node, _)| *at != from && self.tested.contains(node));
+        for one in what.iter().filter(|_| !hear.is_empty()) {
+            self.rig.lines[line].lose(from, one);
+            for (end, node, port) in &hear {
+                if !self.rig.lines[line].misses(*end) {
+                    self.rig.nodes[*node].receive(self.now, *port, one);
+                }
             }
             self.is_reached = true;
         }

@@ -121,7 +121,7 @@ impl Rig {
         mut reached: impl FnMut(usize),
     ) {
         for (place, end) in self.lines[line].ends().iter().enumerate() {
-            if EndId::of(place) != from {
+            if EndId::of(place) != from && !self.lines[line].misses(EndId::of(place)) {
                 self.nodes[end.node].receive(now, end.port, what);
                 reached(end.node);
             }

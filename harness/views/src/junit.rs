@@ -32,7 +32,8 @@ pub fn document(
 fn of_suite(suite: TestSuite) -> Result<String, quick_junit::SerializeError> {
     let mut report = Report::new("hil");
     report.add_test_suite(suite);
-    report.to_string()
+    // XML 1.0 has no place for these two, and the writer leaves them.
+    report.to_string().map(|xml| xml.replace(['\u{FFFE}', '\u{FFFF}'], "\u{FFFD}"))
 }
 
 fn failure(kind: NonSuccessKind, word: &str, message: &str, text: &str) -> TestCaseStatus {
@@ -105,7 +106,9 @@ fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
 
 fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> TestCase {
     let sentence = sentence(measurement);
-    if measurement.verdict == Verdict::NotJudged {
+    // A bench that breaks before anything was observed says nothing of the device.
+    let is_broken = summary.outcome == Outcome::Error && measurement.verdict == Verdict::Unset;
+    if measurement.verdict == Verdict::NotJudged || is_broken {
         return named(&measurement.name, summary, skipped(&measurement.statistic));
     }
     if measurement.verdict.is_acceptable() {

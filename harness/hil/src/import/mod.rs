@@ -115,6 +115,13 @@ fn outlasted(log: &[Logged], end_s: f64) -> Option<String> {
         .then(|| format!("the log ends at {last_s:.3} s, before the plan, which took {end_s:.3} s"))
 }
 
+/// A sentence about the end of a plan after that of its log, where the log is silent for as long elsewhere.
+fn silent_end(log: &[Logged], end_s: f64) -> Option<String> {
+    let silent_s = end_s - lasted(log).as_secs_f64();
+    (silent_s > QUIET.as_secs_f64() && outlasted(log, end_s).is_none())
+        .then(|| format!("the log ends {silent_s:.3} s before the plan"))
+}
+
 /// A sentence about what the log holds after the end of the plan.
 fn unjudged_rest(log: &[Logged], end_s: f64) -> Option<String> {
     let rest = log.iter().rev().take_while(|one| one.at.as_secs_f64() > end_s).count() as u64;
@@ -176,6 +183,7 @@ pub fn import_rig_to_folder(
     summary.notes.extend(notes);
     summary.notes.extend(assumed(&prepared.plan));
     summary.notes.extend(unjudged_rest(&log, summary.simulated_s));
+    summary.notes.extend(silent_end(&log, summary.simulated_s));
     if let Some(why) = outlasted(&log, summary.simulated_s) {
         summary.outcome = summary.outcome.max(Outcome::Failed);
         summary.reason = Some(match summary.reason.take() {

@@ -312,3 +312,18 @@ fn a_device_in_a_log_is_off_for_as_long_as_it_was() {
     let ran = imported(&hil, "rigs/oven.log", steps, "{ all_within = [0, 100] }").exits(0);
     assert!(ran.out.contains("the bench ran 4.0 s"), "{}", ran.out);
 }
+
+/// A plan goes on for as long as the log is silent elsewhere; that it judged nothing meanwhile is told.
+#[test]
+fn a_silent_end_is_told() {
+    let hil = recorded();
+    let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
+    let (_, frame) = log.rsplit_once(") can0 101#").unwrap();
+    let frame = frame.lines().next().unwrap();
+    let log: String =
+        [0.0, 5.0, 5.1].iter().map(|at| format!("({at}) can0 101#{frame}\n")).collect();
+    fs::write(hil.path("oven/gap.log"), log).unwrap();
+    let steps = "{ wait = { duration_s = 9 } }";
+    let ran = imported(&hil, "gap.log", steps, "{ all_within = [0, 100] }").exits(0);
+    assert!(ran.out.contains("the log ends 3.900 s before the plan"), "{}", ran.out);
+}

@@ -187,7 +187,8 @@ impl LiveWorld {
             let plan = &open.plan;
             // One port may stand for several nodes of a bus: it does not get its own data back.
             let came_from_it = from == plan.end || (is_away(from) && is_away(plan.end));
-            if plan.listens || came_from_it {
+            let is_missed = rig.lines[line].misses(plan.end);
+            if plan.listens || came_from_it || is_missed {
                 continue;
             }
             if let Some(eyes) = eyes {

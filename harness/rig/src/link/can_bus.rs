@@ -10,7 +10,7 @@ pub use confinement::{ErrorCounters, ErrorState};
 pub use nodes::StateChange;
 
 use crate::link::end_id::EndId;
-use faulty::Faulty;
+use faulty::{Faulty, Missed};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use waiting::Waiting;
@@ -32,6 +32,8 @@ pub struct CanBus {
     taken: Arc<BTreeSet<StandardId>>,
     no_room: u64,
     dropped: u64,
+    /// See [`Self::is_missed_by`].
+    missed: Missed,
     faulty: Option<Box<Faulty>>,
 }
 
@@ -100,12 +102,19 @@ impl CanBus {
 
     /// Takes a frame that is complete by `now`, with its sender.
     pub fn arrived(&mut self, now: Timestamp) -> Option<(EndId, CanFrame)> {
+        self.missed = Missed::default();
         if self.faulty.is_some() {
             return self.arrived_faulty(now);
         }
         let (at, from, frame) = self.on_bus.take_if(|(at, ..)| *at <= now)?;
         self.arbitrate(at);
         Some((from, frame))
+    }
+
+    /// Whether this node has lost the frame that arrived last.
+    #[inline]
+    pub fn is_missed_by(&self, node: EndId) -> bool {
+        self.missed.has(node)
     }
 
     /// Frames dropped because the queue was full, their node was bus-off, or the bus is classic.

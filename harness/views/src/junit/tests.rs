@@ -69,6 +69,25 @@ fn a_run_that_failed_for_a_reason_of_its_own_is_a_failure() {
 }
 
 #[test]
+fn what_a_broken_bench_did_not_measure_is_skipped() {
+    let mut run = Summary { outcome: Outcome::Error, ..summary() };
+    for measurement in &mut run.measurements {
+        (measurement.verdict, measurement.value) = (Verdict::Unset, None);
+    }
+    let report = Report::deserialize_from_str(&document(&run, None).unwrap()).unwrap();
+    assert_eq!((report.test_suites[0].failures, report.test_suites[0].errors), (0, 1));
+}
+
+/// A program can say anything in its last words.
+#[test]
+fn what_xml_has_no_place_for_is_replaced() {
+    let reason = Some("bad \u{FFFE}\u{FFFF}\u{0} end".to_owned());
+    let xml = document(&Summary { outcome: Outcome::Error, reason, ..summary() }, None).unwrap();
+    assert!(!xml.contains(['\u{FFFE}', '\u{FFFF}', '\u{0}']), "{xml}");
+    assert!(xml.contains("bad \u{FFFD}\u{FFFD}"), "{xml}");
+}
+
+#[test]
 fn a_property_named_like_a_measurement_has_a_case_of_its_own() {
     let mut run = Summary { properties: properties(), ..summary() };
     run.properties[0].name.clone_from(&run.measurements[0].name);

@@ -172,6 +172,12 @@ fn too_few_observations_are_unset() {
     let observations = table_errors(&[0.0, 0.0, 0.0], 0.0);
     assert_eq!(judge(&few, &observations).verdict, Pass);
     assert_eq!(judge(&few, &observations[..2]).verdict, Unset);
+    // What is outside is outside.
+    let outside = judge(&few, &table_errors(&[0.0, 4.0], 0.0));
+    assert_eq!((outside.verdict, outside.value), (Fail, Some(4.0)));
+    let mut mean = declared("table.error", "{ mean_within = [-1, 1] }");
+    mean.observations_min = 3.try_into().unwrap();
+    assert_eq!(judge(&mean, &table_errors(&[0.0, 4.0], 0.0)).verdict, Unset);
 }
 
 #[test]

@@ -45,18 +45,34 @@ struct Layer {
     from: Option<EndId>,
     /// Identifier of the struck frames; `None` for all.
     only: Option<Id>,
+    /// The only receiver that loses what is lost; `None` for all.
+    at: Option<EndId>,
     effect: Effect,
 }
 
+/// The nodes that lose a frame which the others receive, one bit each.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Missed(u64);
+
+impl Missed {
+    fn add(&mut self, node: EndId) {
+        self.0 |= 1_u64.checked_shl(node.0.into()).unwrap_or(0);
+    }
+
+    pub(super) fn has(self, node: EndId) -> bool {
+        self.0.checked_shr(node.0.into()).is_some_and(|nodes| nodes & 1 == 1)
+    }
+}
+
 impl CanBus {
-    /// Begins the fault `number`: it strikes frames of `from`, only those with the given identifier if there is one.
-    /// `nodes` are the nodes that count errors; frames that a fault makes are from `EndId::STRANGER`. Returns `false`, with
+    /// Begins the fault `number`: it strikes frames of `from`, only those with the given identifier if there is one. What it
+    /// loses, `at` alone loses if that is given. `nodes` are the nodes that count errors; frames that a fault makes are from `EndId::STRANGER`. Returns `false`, with
     /// nothing done, for a kind that no bus has.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
         fault: (usize, &FaultKind, Chance),
-        (from, only): (Option<EndId>, Option<Id>),
+        (from, at, only): (Option<EndId>, Option<EndId>, Option<Id>),
         nodes: &[EndId],
     ) -> bool {
         let (number, kind, chance) = fault;
@@ -74,7 +90,7 @@ impl CanBus {
                 again: Vec::new(),
             })
         });
-        faulty.layers.switch_on(number, Layer { from, only, effect }, chance);
+        faulty.layers.switch_on(number, Layer { from, only, at, effect }, chance);
         true
     }
 
@@ -118,6 +134,18 @@ impl CanBus {
             }
         }
         by > Span::ZERO
+    }
+
+    /// Draws anew which nodes lose a frame of `from` that has come through.
+    pub fn lose(&mut self, from: EndId, frame: &CanFrame) {
+        self.missed = Missed::default();
+        let Some(faulty) = &mut self.faulty else { return };
+        for Switch { fault, chance, acted, .. } in faulty.layers_of(from, frame) {
+            let Some(node) = fault.at else { continue };
+            if fault.effect.pass(from, &mut frame.clone(), chance, acted) == Passed::Lost {
+                self.missed.add(node);
+            }
+        }
     }
 
     /// Whether a change of a node's error state has not been taken yet.
@@ -221,7 +249,10 @@ impl CanBus {
             let Switch { fault, chance, acted, .. } = layer;
             match fault.effect.pass(from, &mut passing, chance, acted) {
                 Passed::On => {}
-                Passed::Lost => return None,
+                Passed::Lost => match fault.at {
+                    Some(node) => self.missed.add(node),
+                    None => return None,
+                },
                 Passed::Twice => again.push(passing),
                 Passed::Before(late) => again.push(late),
             }
@@ -234,6 +265,7 @@ impl CanBus {
 impl Layer {
     fn strikes(&self, from: EndId, frame: &CanFrame) -> bool {
         self.from.as_ref().is_none_or(|of| *of == from)
+            && self.at != Some(from)
             && self.only.is_none_or(|only| only == frame.id())
     }
 }

@@ -18,7 +18,7 @@ fn number(frame: &CanFrame) -> u64 {
 fn faulty(kind: FaultKind) -> CanBus {
     let mut bus = CanBus::default();
     let fault = (5, &kind, Chance::new(11, "5"));
-    assert!(bus.begin_fault(Timestamp::ZERO, fault, (Some(BASE), None), &NODES));
+    assert!(bus.begin_fault(Timestamp::ZERO, fault, (Some(BASE), None, None), &NODES));
     bus
 }
 
