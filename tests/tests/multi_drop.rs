@@ -92,7 +92,7 @@ fn each_answers_what_it_is_asked() {
 
 #[test]
 fn a_fault_of_one_leaves_the_other_alone() {
-    let fault = "[[fault]]\ntarget = \"left\"\ntoward = \"host\"\nwhat = { disconnect = { for_s = 100 } }\nwhen = { at_s = 6.5 }\n";
+    let fault = "[[fault]]\ntarget = \"left\"\nwhat = { disconnect = { for_s = 100 } }\nwhen = { at_s = 6.5 }\n";
     let run = run(&drive(2), &format!("{PLAN}{fault}"));
     let heard = |name| run.measurement(name).unwrap().observations;
     assert!((1..20).contains(&heard("left")), "{}", heard("left"));

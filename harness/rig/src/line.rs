@@ -48,6 +48,8 @@ pub struct Line {
     expected: usize,
     dropped: u64,
     collisions: u64,
+    /// Ends of a serial line that several share which hear nothing, each by the number of a fault.
+    unplugged: Vec<(usize, EndId)>,
     /// See [`Self::next_arrival`]: cached, because it is needed at every event.
     next_arrival: Timestamp,
     /// The last fault that began on the line: changes of error states are attributed to it.
@@ -92,6 +94,7 @@ impl Line {
             expected: 0,
             dropped: 0,
             collisions: 0,
+            unplugged: Vec::new(),
             next_arrival: Timestamp::MAX,
             struck_last: 0,
             stranger: Device::Plan,
@@ -228,6 +231,7 @@ impl Line {
     #[inline]
     pub fn misses(&self, of: EndId) -> bool {
         matches!(&self.wire, Wire::Can(bus) if bus.is_missed_by(of))
+            || self.unplugged.iter().any(|(_, end)| *end == of)
     }
 
     /// Draws anew which nodes [miss](Self::misses) this frame of `from`, which is known to have come through.
@@ -325,6 +329,11 @@ impl Line {
                 }
             }
             Wire::Serial(ways) => {
+                let is_plug = is_shared && matches!(kind, FaultKind::Disconnect { .. });
+                let is_alone = is_plug && of.place() < ways.len();
+                if is_alone && toward != Toward::Host {
+                    self.unplugged.push((number, of));
+                }
                 let mut others = 0;
                 for (place, way) in ways.iter_mut().enumerate() {
                     let is_its = EndId::of(place) == of;
@@ -333,7 +342,8 @@ impl Line {
                         false => (Toward::Device, to_device(others)),
                     };
                     others += usize::from(!is_its);
-                    if toward == Toward::Both || toward == direction {
+                    let is_struck = toward == Toward::Both || toward == direction;
+                    if is_struck && (is_its || !is_alone) {
                         way.begin_fault(now, number, kind, chances.of(&name));
                     }
                 }
@@ -357,13 +367,16 @@ impl Line {
     /// Ends the fault of this number; returns how often it acted.
     pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
         let tampered = self.tampering.end(number);
+        let plugs = self.unplugged.len();
+        self.unplugged.retain(|(by, _)| *by != number);
+        let plugged = (plugs - self.unplugged.len()) as u64;
         let acted = match &mut self.wire {
             Wire::Can(bus) => bus.end_fault(now, number),
             Wire::Serial(ways) => ways.iter_mut().map(|way| way.end_fault(number)).sum(),
             Wire::Direct(_) => 0,
         };
         self.look_ahead();
-        tampered + acted
+        tampered + plugged + acted
     }
 }
 

@@ -147,7 +147,15 @@ impl Prepared {
         let prepared = Self::of_plan(&library, plan, source, made)?;
         let mut files = mem::take(&mut *opened.lock().unwrap_or_else(PoisonError::into_inner));
         files.add(Kind::Plan, PLAN, source);
-        Ok(Self { files: Arc::new(files), ..prepared })
+        let mut prepared = Self { files: Arc::new(files), ..prepared };
+        let bytes = prepared.files.bytes();
+        if bytes > FILES_BYTES_MAX {
+            prepared.rig.notes.push(format!(
+                "the files of the plan have {bytes} bytes, and a record keeps up to {FILES_BYTES_MAX}: \
+                 `hil check`, `rerun` and `debug` of this run need --plan"
+            ));
+        }
+        Ok(prepared)
     }
 
     /// Completes a checked plan with the files that it names from `library`; mistakes are shown in `source`.

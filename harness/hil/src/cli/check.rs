@@ -7,6 +7,7 @@ use super::progress::Screen;
 use super::series::tell;
 use clap::Args;
 use harness::run::{judge_again, load_recorded, write_documents};
+use plan::{Rig, Speaker};
 use record::outcome::{Outcome, Summary};
 use std::path::{Path, PathBuf};
 use views::console;
@@ -63,13 +64,20 @@ impl CheckArguments {
             return Err(Failure::arguments(message, help));
         };
         if self.plan.is_some()
-            && let Ok(Some((run, _))) = load_recorded(&recorded, None)
-            && run.steps != plan.steps
+            && let Ok(Some((run, run_rig))) = load_recorded(&recorded, None)
         {
-            screen.note(&format!(
-                "{}: the steps of {} are not those of the run, and are not carried out again",
-                name, plan.name
-            ));
+            if run.steps != plan.steps {
+                screen.note(&format!(
+                    "{}: the steps of {} are not those of the run, and are not carried out again",
+                    name, plan.name
+                ));
+            }
+            for node in with_other_messages(&rig, &run_rig) {
+                screen.note(&format!(
+                    "{name}: the messages of `{node}` have changed since the run: measurements judge what was read then, \
+                     properties what is read now"
+                ));
+            }
         }
         let judged = judge_again(&plan, &rig, was, &recorded, records);
         for one in &judged.kept {
@@ -87,4 +95,14 @@ impl CheckArguments {
         }
         Ok(judged.summary)
     }
+}
+
+/// The nodes whose messages are not those of the run.
+fn with_other_messages<'a>(now: &'a Rig, run: &'a Rig) -> impl Iterator<Item = &'a str> {
+    let is_as_then = |one: &&Speaker| {
+        let at = |then: &&Speaker| (&then.node, then.line) == (&one.node, one.line);
+        let then = run.speakers.iter().find(at);
+        then.is_some_and(|then| then.layout.messages() == one.layout.messages())
+    };
+    now.speakers.iter().filter(move |one| !is_as_then(one)).map(|one| one.node.as_str())
 }

@@ -105,3 +105,20 @@ fn at_the_end_of_a_run_its_last_state_is_told() {
     let last = shown.out.lines().find(|line| line.contains("Temperature")).unwrap();
     assert!(told.out.contains(last), "{last}\n{}", told.out);
 }
+
+/// Found by a user: the DBC had been corrected, and one report held figures of both.
+#[test]
+fn messages_that_have_changed_since_the_run_are_told() {
+    let hil = with_property("device.Temperature < 100 degC");
+    within(&hil, &["run", "property.toml", "--out", "run", "--record", "full"]).exits(0);
+    let unchanged = within(&hil, &["check", "run", "--plan", "settles.toml"]).exits(0);
+    assert!(!unchanged.err.contains("have changed"), "{}", unchanged.err);
+    let dbc = hil.path("oven/devices/oven.dbc");
+    let was = fs::read_to_string(&dbc).unwrap();
+    let is = was.replace("0|16@1- (0.01,0)", "0|16@1- (0.01,-10)");
+    assert_ne!(was, is);
+    fs::write(dbc, is).unwrap();
+    let ran = within(&hil, &["check", "run", "--plan", "settles.toml"]);
+    let note = "the messages of `device` have changed since the run";
+    assert!(ran.err.contains(note), "{}", ran.err);
+}

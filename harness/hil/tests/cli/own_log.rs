@@ -321,9 +321,31 @@ fn a_silent_end_is_told() {
     let (_, frame) = log.rsplit_once(") can0 101#").unwrap();
     let frame = frame.lines().next().unwrap();
     let log: String =
-        [0.0, 5.0, 5.1].iter().map(|at| format!("({at}) can0 101#{frame}\n")).collect();
+        [0.0, 5.0, 5.1].iter().map(|at| format!("({at:.1}) can0 101#{frame}\n")).collect();
     fs::write(hil.path("oven/gap.log"), log).unwrap();
     let steps = "{ wait = { duration_s = 9 } }";
     let ran = imported(&hil, "gap.log", steps, "{ all_within = [0, 100] }").exits(0);
     assert!(ran.out.contains("the log ends 3.900 s before the plan"), "{}", ran.out);
+}
+
+/// The record of a run has its plan and all that it reads, if that is not too much.
+#[test]
+fn a_run_without_its_files_in_the_record_says_so() {
+    let hil = recorded();
+    let dbc = fs::read_to_string(hil.path("oven/devices/oven.dbc")).unwrap();
+    fs::write(hil.path("oven/rigs/oven.dbc"), dbc).unwrap();
+    let rig = "[[line]]\nname = \"can0\"\ncan = { dbc = \"oven.dbc\" }\n\
+               [[node]]\nname = \"oven\"\nat = \"can0\"\nreplay = { log = \"long.log\" }\n";
+    fs::write(hil.path("oven/rigs/replayed.toml"), rig).unwrap();
+    let log: String = (0..150_000).map(|at| format!("({at}.000000) can0 101#D00700\n")).collect();
+    assert!(log.len() > 4 << 20);
+    fs::write(hil.path("oven/rigs/long.log"), log).unwrap();
+    let plan = "name = \"own\"\ntitle = \"It is warm\"\nrig = \"replayed\"\nsteps = [{ wait = { duration_s = 5 } }]\n\
+        [[measurement]]\nname = \"warmest\"\ndoc = \"In the log\"\nquantity = \"oven.Temperature\"\nunit = \"degC\"\n\
+        check = { all_within = { at_most = 61 } }\n";
+    fs::write(hil.path("oven/own.toml"), plan).unwrap();
+    let ran = within(&hil, &["run", "own.toml", "--out", "long"]).exits(0);
+    assert!(ran.out.contains("of this run need --plan"), "{}", ran.out);
+    within(&hil, &["check", "long"]).exits(2);
+    within(&hil, &["check", "long", "--plan", "own.toml"]).exits(0);
 }

@@ -85,6 +85,33 @@ fn pymodbus_reads_and_sets_a_drive() {
     });
 }
 
+/// Two slaves on one line (RS-485), each with its address.
+#[test]
+fn pymodbus_reads_and_sets_two_drives_on_one_line() {
+    in_time(|| {
+        let Some(python) = python_with("import pymodbus", "pymodbus") else { return };
+        let folder = tempfile::tempdir().unwrap();
+        let page = std::fs::read_to_string(file("docs/request-and-answer.md")).unwrap();
+        let blocks: Vec<&str> =
+            page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+        let rig = blocks.iter().find(|block| block.contains("name = \"rs485\"")).unwrap();
+        for name in ["devices", "rigs"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        let write =
+            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("devices/left.toml", blocks[0]);
+        write("devices/right.toml", &blocks[0].replace("start = [1,", "start = [2,"));
+        write("rigs/drives.toml", rig);
+        let arguments = ["rig", "rigs/drives.toml", "--line", "rs485=pty:drives.pty"];
+        let (drives, _) = Emulated::start(folder.path(), &arguments);
+        let script = file("tests/interop/modbus_slaves.py");
+        let speeds = told(Command::new(python).arg(script).arg(folder.path().join("drives.pty")));
+        assert_eq!(speeds, json!([100, 40, 100, 40]));
+        drives.end();
+    });
+}
+
 const SLAVE_PLAN: &str = r#"
 name = "slave"
 title = "A slave in Python does what its EDS says"
