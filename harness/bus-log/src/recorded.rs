@@ -5,7 +5,8 @@
 //! | frame of the base | [`CAN`] | received |
 //! | frame of the controller | [`CAN`] | sent |
 //! | bytes of gyro, base or table | the device's name | received |
-//! | bytes of controller or plan | the device's name | sent |
+//! | bytes of the plan to the only device | that device's name | sent |
+//! | other bytes of controller or plan | the sender's name | sent |
 //! | frames and bytes of the nodes of a rig | the name of their line | received |
 //! | bytes of a node that talks to the device of a serial line | the name of the line | sent |
 //!
@@ -80,7 +81,11 @@ fn entries(header: &Header, record: &Record) -> Vec<Entry> {
             vec![Entry { direction: heard.or(direction), ..entry }]
         }
         RecordKind::Bytes(bytes) => {
-            let named = || Channel::new(record.device.name());
+            // The plan talks to the only device of a bench on that one's line.
+            let is_of_device = record.device == Device::Plan
+                && header.lines.iter().any(|line| line.device == Device::Device);
+            let whose = if is_of_device { Device::Device } else { record.device };
+            let named = || Channel::new(whose.name());
             let Some(line) = line.or_else(named) else { return Vec::new() };
             let packets = bytes.chunks(BYTES_MAX).filter_map(Packet::from_slice);
             packets.map(|packet| entry(line, Payload::Serial(packet))).collect()

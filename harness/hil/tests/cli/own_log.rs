@@ -200,6 +200,17 @@ fn both_ends_of_a_serial_line_come_back_from_a_log() {
     within(&hil, &["export", "u", "--bus", "u.pcapng"]).exits(0);
     fs::write(hil.path("oven/heard.toml"), plan("")).unwrap();
     within(&hil, &["import", "u.pcapng", "--plan", "heard.toml", "--out", "i"]).exits(0);
+    // The plan's side of a bench with one device is on that one's line.
+    let plan = format!(
+        "name = \"alone\"\ntitle = \"\"\ndevice = \"scale\"\nsteps = [{sends} {{ wait = {{ duration_s = 1 }} }}]\n\
+         [[property]]\nname = \"tared\"\nsometimes = \"Weight == 7\"\n"
+    );
+    fs::write(hil.path("oven/alone.toml"), plan).unwrap();
+    within(&hil, &["run", "alone.toml", "--record", "full", "--out", "a"]).exits(0);
+    let was = within(&hil, &["export", "a", "--bus", "a.pcapng"]).exits(0).err;
+    within(&hil, &["import", "a.pcapng", "--plan", "alone.toml", "--out", "b"]).exits(0);
+    let shown = within(&hil, &["show", "b", "--device", "plan"]).exits(0).out;
+    assert!(shown.contains("bytes a5 01 05 00"), "{was}{shown}");
 }
 
 #[test]
