@@ -25,8 +25,8 @@ const SLOPE_MIN: f64 = 0.6;
 const TERMS: i32 = 60;
 
 /// The step of the lattice on which `readings` lie, if they lie on one.
-fn step(readings: &[f64]) -> Option<f64> {
-    let mut sorted: Vec<f64> = readings.to_vec();
+pub(crate) fn step(readings: &[f64]) -> Option<f64> {
+    let mut sorted: Vec<f64> = readings.iter().copied().filter(|one| one.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     sorted.dedup();
     if readings.len() < 50
