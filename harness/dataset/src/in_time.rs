@@ -1,6 +1,6 @@
 //! Rows of a run in the order of their time: repeated rows are dropped, late ones put in their place, and repeated times forgotten.
 
-use super::table::Rows;
+use super::table::{Rows, left_out};
 
 /// One row in this many of a run may be late, and by no more than that share of the run: more is a clock that was set. As many may
 /// say the time of the row before: more is a clock that is coarser than the rows.
@@ -28,7 +28,7 @@ pub(super) fn in_time(
     order.dedup_by(|row, last| is_repeated(rows, time, *row, *last));
     if order.len() < before {
         let repeated = before - order.len();
-        notices.push(format!("{repeated} rows are left out: they repeat the row before"));
+        notices.push(format!("{}: as the row before", left_out(repeated)));
     }
     let doubtful = order.chunk_by(|a, b| rows.runs[*a] == rows.runs[*b]);
     let doubtful: Vec<usize> =

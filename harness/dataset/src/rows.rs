@@ -3,7 +3,7 @@
 use super::error::{DatasetError, Defect};
 use super::in_time::in_time;
 use super::package::{Field, Package};
-use super::table::{Origin, Rows};
+use super::table::{Origin, Rows, left_out};
 use identification::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 
 /// Makes a data set of all rows, with notices of what was left out or corrected.
@@ -47,7 +47,7 @@ fn together(rows: &Rows, notices: &mut Vec<String>) -> Vec<usize> {
         (0..rows.runs.len()).filter(|row| rows.runs[*row].is_some()).collect();
     match rows.runs.len() - order.len() {
         0 => {}
-        lost => notices.push(format!("{lost} rows are left out: they belong to no run")),
+        lost => notices.push(format!("{}: of no run", left_out(lost))),
     }
     // Label numbers increase in order of appearance: a decrease means that an earlier run continues.
     if !order.is_sorted_by_key(|row| rows.runs[*row]) {
@@ -134,7 +134,7 @@ impl Working<'_> {
             lacks.is_none()
         });
         for ((role, _), lost) in needed.iter().zip(lost).filter(|(_, lost)| *lost > 0) {
-            notices.push(format!("{lost} rows are left out: {} is missing", role.name()));
+            notices.push(format!("{}: {} is missing", left_out(lost), role.name()));
         }
         if carried > 0 && !increments.is_empty() {
             notices.push(format!(

@@ -6,6 +6,7 @@ use super::gzip::unpacked;
 use super::package::{Field, Table};
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
 use identification::dataset::Role;
+use record::figures;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -368,4 +369,10 @@ fn of_io(error: io::Error) -> Defect {
         }
         _ => Defect::Unreadable(error),
     }
+}
+
+/// The beginning of a notice about rows that are not used.
+pub(crate) fn left_out(count: usize) -> String {
+    let verb = if count == 1 { "is" } else { "are" };
+    format!("{} {verb} left out", figures::counted(count as u64, "row", "rows"))
 }

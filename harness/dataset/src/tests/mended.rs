@@ -132,8 +132,8 @@ fn rows_without_what_the_kind_needs_are_left_out() {
     let set = with(&[], "t,w,ref\n0,1,0\n1,,0\n,1,0\n3,2,\n");
     assert_eq!(values(&set, Role::Time), [0.0, 3.0]);
     assert!(values(&set, Role::ReferenceRate)[1].is_nan(), "a reference may be missing");
-    says(&set, "1 rows are left out: gyro_rate is missing");
-    says(&set, "1 rows are left out: time is missing");
+    says(&set, "1 row is left out: gyro_rate is missing");
+    says(&set, "1 row is left out: time is missing");
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn what_a_row_left_out_has_counted_is_not_lost() {
     assert_eq!(values(&set, Role::WheelLeft), [1.0, 12.0, 1.0, 1.0, 1.0]);
     assert_eq!(values(&set, Role::WheelRight), [1.0, 15.0, 1.0, 2.0, 1.0]);
     says(&set, "increments of rows left out were added to 1 rows after them");
-    says(&set, "1 rows are left out: wheel_left is missing");
+    says(&set, "1 row is left out: wheel_left is missing");
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn rows_of_a_run_are_brought_together() {
     assert_eq!(set.run_of_row, [0, 0, 1, 1]);
     assert_eq!(values(&set, Role::GyroRate), [1.0, 3.0, 2.0, 4.0]);
     says(&set, "rows of one run did not lie together and were brought together");
-    says(&set, "1 rows are left out: they belong to no run");
+    says(&set, "1 row is left out: of no run");
 }
 
 #[test]
@@ -261,7 +261,7 @@ fn a_row_that_is_repeated_counts_once() {
         long(|lines| *lines = lines.iter().flat_map(|line| [line.clone(), line.clone()]).collect());
     let set = twice.read().unwrap();
     assert_eq!(set.columns, right.columns);
-    says(&set, "30 rows are left out: they repeat the row before");
+    says(&set, "30 rows are left out: as the row before");
 }
 
 #[test]
@@ -273,7 +273,7 @@ fn a_row_at_the_time_of_the_one_before_is_left_out_and_a_coarse_clock_is_a_mista
     let set = other(&[8]).read().unwrap();
     assert_eq!(set.columns, right.columns);
     says(&set, "1 rows say the time of the row before: their own is unknown");
-    says(&set, "1 rows are left out: time is missing");
+    says(&set, "1 row is left out: time is missing");
     assert!(other(&[20, 8]).read().unwrap_err().to_string().contains("time stands still"));
 }
 
