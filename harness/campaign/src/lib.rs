@@ -36,6 +36,7 @@ pub mod seeds;
 mod shrink;
 mod space;
 mod survey;
+mod targets;
 #[cfg(any(test, feature = "samples"))]
 pub mod toy;
 mod window;
@@ -56,4 +57,5 @@ pub use run::{Campaign, Found, Settings, Tally, run};
 pub use search::{Random, Search};
 pub use shrink::{Shrunk, shrink};
 pub use space::Space;
+pub use targets::{Targets, UnknownTarget};
 pub use window::WINDOW;

@@ -1,14 +1,19 @@
 //! Finds the smallest case that still breaks a property.
 
+mod change;
+
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
 use super::space::{DURATION_MIN, whole_ms};
+use change::{begin, length_min, recast, rounded_up, set_begin, set_length, set_number, timed};
 use plan::faults::{Fault, FaultKind, Lasts, Schedule, Toward, When};
 use std::collections::BTreeSet;
 use wire::time::Span;
 
-/// Number of bisections towards the smallest number that still breaks.
+/// Number of bisections towards the smallest number that still breaks, at most.
 const HALVINGS: usize = 6;
+/// A number that is smaller by less than this share is not worth a run.
+const LEAST_GAIN: f64 = 0.1;
 /// Number of plainer kinds tried in place of one.
 const PLAINER_MAX: usize = 3;
 
@@ -35,7 +40,7 @@ pub fn shrink(
 ) -> Shrunk {
     let best = Shrunk { case: case.clone(), result: result.clone(), executions: 0 };
     let tried = BTreeSet::from([case.schedule.to_toml()]);
-    let mut shrinker = Shrinker { executor, property, executions_max, best, tried };
+    let mut shrinker = Shrinker { executor, property, executions_max, best, tried, again: false };
     loop {
         let before = shrinker.best.case.clone();
         shrinker.fewer();
@@ -44,11 +49,15 @@ pub fn shrink(
             shrinker.plainer(index);
             shrinker.shorter(index);
             shrinker.weaker(index);
-            shrinker.rounder(index);
         }
         if is_settled(&before.schedule, &shrinker.best.case.schedule) || shrinker.is_spent() {
             break;
         }
+        shrinker.again = true;
+    }
+    // Not before: each round would undo it.
+    for index in 0..shrinker.best.case.schedule.faults.len() {
+        shrinker.rounder(index);
     }
     let mut best = shrinker.best;
     if best.result.stopped {
@@ -60,16 +69,18 @@ pub fn shrink(
 /// Whether a round of changes gained so little that another is not worth its runs: the same faults at the same times, no
 /// number smaller by more than a tenth.
 fn is_settled(before: &Schedule, after: &Schedule) -> bool {
-    const LEAST_GAIN: f64 = 0.1;
     let is_kept = |before: f64, after: f64| after >= (1.0 - LEAST_GAIN) * before;
     before.faults.len() == after.faults.len()
         && before.faults.iter().zip(&after.faults).all(|(before, after)| {
             let seconds = |fault: &Fault| fault.duration.map_or(f64::INFINITY, Span::as_secs_f64);
+            let begins = |fault: &Fault| begin(fault).unwrap_or_default();
+            let mut others =
+                Fault { what: before.what, duration: before.duration, ..after.clone() };
+            set_begin(&mut others, begins(before));
             is_kept(before.what.severity(), after.what.severity())
                 && is_kept(seconds(before), seconds(after))
-                && Fault { what: before.what, duration: before.duration, ..after.clone() }
-                    == *before
-                && before.what.name() == after.what.name()
+                && is_kept(begins(before).as_secs_f64(), begins(after).as_secs_f64())
+                && (&others, before.what.name()) == (before, after.what.name())
         })
 }
 
@@ -80,6 +91,8 @@ struct Shrinker<'a, E> {
     best: Shrunk,
     /// Schedules already carried out, as text in a plan.
     tried: BTreeSet<String>,
+    /// Whether each number has been bisected once.
+    again: bool,
 }
 
 impl<E: Executor> Shrinker<'_, E> {
@@ -178,27 +191,16 @@ impl<E: Executor> Shrinker<'_, E> {
         self.with(index, |fault| fault.what = typical);
     }
 
-    /// Moves each kind of number towards its minimum: first all the way, then by bisection.
+    /// Moves each number of its time towards its minimum: first all the way, then by bisection.
     fn shorter(&mut self, index: usize) {
-        if self.fault(index).what.info().lasts == Lasts::Scheduled {
-            self.bounded(index);
-            let least = DURATION_MIN.as_secs_f64();
-            if let Some(duration) = self.fault(index).duration {
-                self.halve(index, least, duration.as_secs_f64(), |fault, seconds| {
-                    fault.duration = Some(whole_ms(seconds));
-                });
-            }
-            // The instant that matters may be the last one.
-            if let (Some(begin), Some(duration)) =
-                (begin(self.fault(index)), self.fault(index).duration)
-            {
-                let end = begin + duration;
-                self.halve(index, least, duration.as_secs_f64(), |fault, seconds| {
-                    let duration = whole_ms(seconds);
-                    set_begin(fault, end - duration);
-                    fault.duration = Some(duration);
-                });
-            }
+        self.bounded(index);
+        let is_cut = self.cut(index);
+        if !is_cut {
+            self.earlier_end(index);
+        }
+        // The instant that matters may be the last one.
+        if self.later_begin(index) || is_cut {
+            self.earlier_end(index);
         }
         if let Some(begin) = begin(self.fault(index)) {
             self.halve(index, 0.0, begin.as_secs_f64(), |fault, seconds| {
@@ -220,40 +222,89 @@ impl<E: Executor> Shrinker<'_, E> {
         }
     }
 
-    /// Gives a fault without an end one at the violation, after which nothing matters. A fault of a whole phase begins
-    /// with the phase.
+    /// Time of the violation, after which nothing matters.
+    fn broken_at(&self) -> Option<Span> {
+        let mut broken = self.best.result.violated.iter();
+        let broken = broken.find(|violated| violated.property == self.property)?;
+        (broken.at_s > 0.0).then(|| whole_ms(broken.at_s).max(DURATION_MIN))
+    }
+
+    /// Gives a fault without an end one at the violation. A fault of a whole phase begins with the phase.
     fn bounded(&mut self, index: usize) {
-        let broken = &self.best.result.violated;
-        let broken = broken.iter().find(|violated| violated.property == self.property);
-        let Some(at_s) = broken.map(|violated| violated.at_s) else { return };
-        if self.fault(index).duration.is_some() || at_s <= 0.0 {
+        let fault = self.fault(index);
+        if fault.what.info().lasts != Lasts::Scheduled || fault.duration.is_some() {
             return;
         }
+        let Some(at) = self.broken_at() else { return };
         self.with(index, |fault| {
-            fault.when = match fault.when.clone() {
-                When::Always => When::At(Span::ZERO),
-                When::During { phase, number } => When::Step { phase, number, after: Span::ZERO },
-                when @ (When::At(_) | When::Step { .. }) => when,
-            };
-            fault.duration = Some(whole_ms(at_s).max(DURATION_MIN));
+            fault.when = timed(&fault.when);
+            fault.duration = Some(at);
         });
+    }
+
+    /// Ends a fault that outlasts the violation there.
+    fn cut(&mut self, index: usize) -> bool {
+        let fault = self.fault(index);
+        let When::At(begin) = timed(&fault.when) else { return false };
+        let (Some(at), Some(lasting)) = (self.broken_at(), fault.lasting()) else { return false };
+        begin < at
+            && at < begin + lasting
+            && self.with(index, |fault| set_length(fault, at - begin))
+    }
+
+    /// Keeps the begin and looks for an earlier end.
+    fn earlier_end(&mut self, index: usize) -> bool {
+        let Some(lasting) = self.fault(index).lasting() else { return false };
+        let least = length_min(self.fault(index));
+        self.halve(index, least, lasting.as_secs_f64(), |fault, seconds| {
+            set_length(fault, whole_ms(seconds));
+        })
+    }
+
+    /// Keeps the end and looks for a later begin.
+    fn later_begin(&mut self, index: usize) -> bool {
+        let fault = self.fault(index);
+        let Some(lasting) = fault.lasting() else { return false };
+        let end = begin(fault).unwrap_or_default() + lasting;
+        let least = length_min(fault);
+        self.halve(index, least, lasting.as_secs_f64(), |fault, seconds| {
+            let length = whole_ms(seconds);
+            fault.when = timed(&fault.when);
+            set_begin(fault, end - length);
+            set_length(fault, length);
+        })
     }
 
     fn weaker(&mut self, index: usize) {
         let what = self.fault(index).what;
+        if what.info().lasts == Lasts::Itself {
+            return;
+        }
         let (least, _) = what.severity_range();
         self.halve(index, least, what.severity(), |fault, size| {
             fault.what = fault.what.with_severity(size);
         });
     }
 
-    /// Bisects on a logarithmic scale where `least` is above zero: numbers range over decades.
-    fn halve(&mut self, index: usize, least: f64, now: f64, set: impl Fn(&mut Fault, f64)) {
-        if now <= least || self.with(index, |fault| set(fault, least)) {
-            return;
+    /// Bisects on a logarithmic scale where `least` is above zero: numbers range over decades. Whether one is smaller.
+    fn halve(&mut self, index: usize, least: f64, now: f64, set: impl Fn(&mut Fault, f64)) -> bool {
+        if now <= least {
+            return false;
+        }
+        if self.with(index, |fault| set(fault, least)) {
+            return true;
         }
         let (mut holds, mut breaks) = (least, now);
+        if self.again {
+            breaks /= 1.0 + LEAST_GAIN;
+            if !self.with(index, |fault| set(fault, breaks)) {
+                return false;
+            }
+        }
         for _ in 0..HALVINGS {
+            if breaks <= (1.0 + LEAST_GAIN) * holds {
+                break;
+            }
             let middle = if holds > 0.0 { (holds * breaks).sqrt() } else { 0.5 * (holds + breaks) };
             if self.with(index, |fault| set(fault, middle)) {
                 breaks = middle;
@@ -261,6 +312,7 @@ impl<E: Executor> Shrinker<'_, E> {
                 holds = middle;
             }
         }
+        breaks < now
     }
 
     /// Rounds numbers to few digits, as near as possible.
@@ -288,89 +340,5 @@ impl<E: Executor> Shrinker<'_, E> {
     }
 }
 
-/// The same fault with another kind, as far as possible.
-fn recast(fault: &Fault, what: FaultKind) -> Fault {
-    let info = what.info();
-    let toward = if info.reach.is_line() { fault.toward } else { Toward::Both };
-    let lasting = fault.lasting();
-    let what = match (info.lasts, lasting) {
-        (Lasts::Itself, Some(lasting)) => what.with_severity(lasting.as_secs_f64()),
-        _ => what,
-    };
-    let duration = if info.lasts == Lasts::Scheduled { lasting } else { None };
-    let duration = duration.filter(|duration| *duration > Span::ZERO);
-    Fault { what, toward, duration, ..fault.clone() }
-}
-
-/// Begin of a fault that begins at a fixed time of the run or of a phase.
-const fn begin(fault: &Fault) -> Option<Span> {
-    match fault.when {
-        When::At(at) | When::Step { after: at, .. } => Some(at),
-        When::Always | When::During { .. } => None,
-    }
-}
-
-fn set_begin(fault: &mut Fault, begin: Span) {
-    if let When::At(at) | When::Step { after: at, .. } = &mut fault.when {
-        *at = begin;
-    }
-}
-
-fn set_number(fault: &mut Fault, to: u32) {
-    if let When::Step { number, .. } | When::During { number, .. } = &mut fault.when {
-        *number = to;
-    }
-}
-
-/// Rounds to this many digits, away from zero.
-fn rounded_up(value: f64, digits: i32) -> f64 {
-    if value.is_nan() || value <= 0.0 {
-        return value;
-    }
-    let unit = 10f64.powi(value.log10().floor() as i32 + 1 - digits);
-    // A number that is already round stays.
-    let rounded = (value / unit - 1e-9).ceil() * unit;
-    // Without the rounding error of the product, as a person would write it.
-    format!("{rounded:.*e}", 6).parse().unwrap_or(rounded)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::{rounded_up, shrink};
-    use crate::toy::{Toy, size, space};
-    use crate::{Executor as _, Random, Search as _};
-
-    #[test]
-    fn digits_are_few_and_the_value_no_less() {
-        for (value, one, two) in [(0.0231, 0.03, 0.024), (97.0, 100.0, 97.0), (5.0, 5.0, 5.0)] {
-            assert_eq!(rounded_up(value, 1), one);
-            assert_eq!(rounded_up(value, 2), two);
-        }
-    }
-
-    /// The toy breaks with two faults at a time: two remain, no worse than necessary.
-    #[test]
-    fn two_faults_are_left_as_weak_and_as_early_as_they_can_be() {
-        let (toy, space) = (Toy::default(), space());
-        let mut random = Random::new(&space, 5);
-        let (mut found, mut tries) = (0, 0);
-        while found < 10 {
-            tries += 1;
-            assert!(tries < 2000);
-            let case = random.next();
-            let result = toy.execute(&case);
-            if !result.breaks("held") {
-                continue;
-            }
-            found += 1;
-            let shrunk = shrink(&toy, &case, &result, "held", 500);
-            let faults = &shrunk.case.schedule.faults;
-            assert_eq!(faults.len(), 2, "{}", shrunk.case.schedule.to_toml());
-            assert!(shrunk.result.breaks("held"));
-            // Within one digit of the limit at which it breaks.
-            assert!(faults.iter().all(|fault| size(fault) < 0.65), "{faults:?}");
-            assert!(shrunk.executions <= 500);
-            assert_eq!(shrunk, shrink(&toy, &case, &result, "held", 500));
-        }
-    }
-}
+mod tests;

@@ -1,7 +1,9 @@
 //! The faults that are possible on one bench during one plan, and how they are drawn.
 
+use super::targets::Targets;
 use plan::faults::{Fault, FaultKind, Lasts, Lines, Reach, Schedule, Target, Toward, When};
-use plan::{Name, Plan};
+use plan::phases::names;
+use plan::{Action, Name, Plan, Step};
 use proptest::prelude::*;
 use proptest::sample::select;
 use wire::time::Span;
@@ -34,12 +36,24 @@ impl Space {
         faults_max: usize,
         only: &[String],
     ) -> Self {
+        Self::among(plan, lines, horizon, faults_max, only, &Targets::default())
+    }
+
+    /// The same of these `targets`.
+    pub fn among(
+        plan: &Plan,
+        lines: Lines,
+        horizon: Span,
+        faults_max: usize,
+        only: &[String],
+        targets: &Targets,
+    ) -> Self {
         let mut kinds = Vec::new();
         for info in FaultKind::all() {
             if !only.is_empty() && !only.iter().any(|name| name == info.name) {
                 continue;
             }
-            for target in lines.targets(info.reach) {
+            for target in targets.struck(info, &lines) {
                 let schedule = Schedule { faults: vec![Fault::new(target, info.typical)] };
                 // Checked alone: a fault that conflicts with one of the plan may still occur at another time.
                 if schedule.fits(plan, &lines).is_ok() {
@@ -50,6 +64,7 @@ impl Space {
         let phases = plan
             .phases()
             .into_iter()
+            .filter(|(name, _)| takes_time(plan, name))
             .filter_map(|(name, times)| {
                 let times =
                     u32::try_from(times.min(NUMBERS_MAX)).ok().filter(|times| *times > 0)?;
@@ -188,6 +203,17 @@ impl Space {
             .prop_filter("it can apply", move |schedule| space.takes(schedule))
             .boxed()
     }
+}
+
+/// Whether a phase takes time in a run. A fault during one that takes none cannot act.
+fn takes_time(plan: &Plan, phase: &str) -> bool {
+    let in_an_instant = |step: &Step| {
+        matches!(step.action, Action::Send(_) | Action::StopSending(_) | Action::SetParameter(_))
+    };
+    let named = |step: &&Step| names(step).any(|name| name == phase);
+    let mut steps = Step::walk(&plan.steps).filter(named).peekable();
+    // A phase that no step is named after is one of a command to the controller.
+    steps.peek().is_none() || steps.any(|step| !in_an_instant(step))
 }
 
 /// The smallest severity drawn, as a share of the greatest.

@@ -2,6 +2,7 @@
 
 pub(super) mod account;
 mod ended;
+mod faults;
 mod on_bench;
 #[cfg(feature = "nats")]
 mod over;
@@ -11,7 +12,7 @@ use super::EXIT_STATUSES;
 use super::annotation::Annotation;
 use super::build_server::SummaryArguments;
 use super::completions;
-use super::envelopes::{EnvelopeArguments, Means, kind};
+use super::envelopes::{EnvelopeArguments, Means};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::operator::OperatorArguments;
@@ -81,6 +82,17 @@ pub(super) struct CampaignArguments {
     /// Kinds of faults, with commas between (see `hil list faults`). [default: all that apply]
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     faults: Vec<String>,
+    /// What the faults strike, with commas between: gyro, base, table, host or operator, a node with
+    /// its messages and signals, a line, or a message or signal of a node. [default: all but
+    /// messages and signals of the device under test; with --envelope the first that the fault
+    /// applies to]
+    #[arg(
+        long = "target",
+        value_name = "TARGET",
+        value_delimiter = ',',
+        conflicts_with = "envelopes"
+    )]
+    targets: Vec<String>,
     /// Faults of one case, at most.
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=16))]
     faults_max: u8,
@@ -163,7 +175,7 @@ impl CampaignArguments {
             }
             Setup::Live(live) => Some(live),
         };
-        self.known()?;
+        self.known(&prepared)?;
         let task =
             Task { source: &source.text, prepared: &prepared, interrupt: &interrupt, screen };
         let Some(live) = live else {
@@ -181,6 +193,7 @@ impl CampaignArguments {
                     executor: &executor,
                     what: self.envelopes_of(&task),
                     seed: self.seed,
+                    target: self.only_target()?,
                     threads,
                     interrupt: &interrupt,
                     screen,
@@ -275,7 +288,9 @@ impl CampaignArguments {
             ));
         }
         let faults_max = usize::from(self.faults_max);
-        let space = Space::new(plan, lines, horizon, faults_max, &self.faults).within(can_suffer);
+        let targets = self.struck(task.prepared)?;
+        let space = Space::among(plan, lines, horizon, faults_max, &self.faults, &targets);
+        let space = space.within(can_suffer);
         if space.kinds().is_empty() {
             return Err(Failure::arguments(
                 format!("none of these faults can strike the bench of {}", plan.name),
@@ -369,9 +384,5 @@ impl CampaignArguments {
     pub(super) fn folder(&self, what: &str, plan: &str) -> PathBuf {
         let usual = || PathBuf::from(format!("runs/{what}-{plan}-seed{}", self.seed));
         self.out.clone().unwrap_or_else(usual)
-    }
-
-    fn known(&self) -> Result<(), Failure> {
-        self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
     }
 }

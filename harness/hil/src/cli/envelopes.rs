@@ -32,10 +32,6 @@ pub(super) struct EnvelopeArguments {
     /// Measure the envelopes that the plan declares; fails unless each is as wide as declared.
     #[arg(long, conflicts_with_all = ["cases", "by", "faults", "faults_max", "envelope"])]
     envelopes: bool,
-    /// Target of the fault of --envelope: gyro, base, table, host or operator, a node or line of
-    /// the rig, or a message or signal of a node. [default: the first that the fault applies to]
-    #[arg(long, value_name = "TARGET", requires = "envelope", conflicts_with = "envelopes")]
-    target: Option<String>,
     /// Runs at each severity, at most; fewer if they decide it.
     /// [default: 400]
     #[arg(long, value_name = "N", requires = "envelope", conflicts_with = "envelopes")]
@@ -68,6 +64,8 @@ pub(super) struct Means<'a> {
     /// What determines the runs, as stated in their journal.
     pub(super) what: String,
     pub(super) seed: u64,
+    /// Target of the fault, if one was asked for.
+    pub(super) target: Option<&'a str>,
     pub(super) threads: NonZeroUsize,
     pub(super) interrupt: &'a Interrupt,
     pub(super) screen: &'a Screen,
@@ -83,7 +81,6 @@ impl EnvelopeArguments {
     /// The first option that says how an envelope is measured, if no envelope is asked for.
     pub(super) fn unused(&self) -> Option<&'static str> {
         let given = [
-            (self.target.is_some(), "--target"),
             (self.runs.is_some(), "--runs"),
             (self.share.is_some(), "--share"),
             (self.at_least.is_some(), "--at-least"),
@@ -100,7 +97,7 @@ impl EnvelopeArguments {
         json: bool,
     ) -> Result<Outcome, Failure> {
         let asked = match &self.envelope {
-            Some(name) => vec![self.one(name, means.prepared)?],
+            Some(name) => vec![self.one(name, means)?],
             None => declared(means.prepared)?,
         };
         let ours = [FIGURES, JOURNAL].iter().any(|name| folder.join(name).is_file());
@@ -150,9 +147,9 @@ impl EnvelopeArguments {
         Ok(outcome)
     }
 
-    fn one(&self, name: &str, prepared: &Prepared) -> Result<Asked, Failure> {
+    fn one(&self, name: &str, means: &Means<'_>) -> Result<Asked, Failure> {
         let kind = kind(name)?;
-        let fault = self.struck(kind, prepared)?;
+        let fault = means.struck(kind)?;
         let (runs, share) = (self.runs.unwrap_or(RUNS), self.share.unwrap_or(SHARE));
         let asked = DeclaredEnvelope {
             kind,
@@ -166,42 +163,6 @@ impl EnvelopeArguments {
             Failure::arguments(format!("--{}: {message}", key.replace('_', "-")), help)
         })?;
         Ok(Asked { fault, at_least: self.at_least, share, runs })
-    }
-
-    fn struck(&self, kind: FaultKind, prepared: &Prepared) -> Result<Fault, Failure> {
-        let lines = prepared.rig.struck();
-        let asked = self.target.as_deref().map(Target::named);
-        if let Some(Some(target)) = asked
-            && target.part().is_some()
-        {
-            let fault = Fault::new(target, kind);
-            return fault.check(&lines).map(|()| fault).map_err(|unfit| {
-                let message = format!("--target: {}", unfit.message);
-                Failure::arguments(message, unfit.help.unwrap_or_default())
-            });
-        }
-        let target = match asked {
-            Some(None) => None,
-            asked => struck_by(kind, asked.flatten(), &lines),
-        };
-        target.map(|target| Fault::new(target, kind)).ok_or_else(|| {
-            let there = lines.targets(kind.info().reach).into_iter();
-            let there = there.filter(|target| struck_by(kind, Some(*target), &lines).is_some());
-            let known: Vec<String> = there.map(|target| target.name().to_owned()).collect();
-            let what = self.target.as_ref().map(|name| format!("the {name}"));
-            Failure::arguments(
-                format!(
-                    "`{}` cannot strike {} of {}",
-                    kind.name(),
-                    what.as_deref().unwrap_or("anything"),
-                    prepared.plan.name
-                ),
-                match known.as_slice() {
-                    [] => "`hil list faults` says what each strikes".to_owned(),
-                    known => format!("here it strikes: {}", known.join(", ")),
-                },
-            )
-        })
     }
 }
 
@@ -239,6 +200,42 @@ fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
 }
 
 impl Means<'_> {
+    fn struck(&self, kind: FaultKind) -> Result<Fault, Failure> {
+        let lines = self.prepared.rig.struck();
+        let asked = self.target.map(Target::named);
+        if let Some(Some(target)) = asked
+            && target.part().is_some()
+        {
+            let fault = Fault::new(target, kind);
+            return fault.check(&lines).map(|()| fault).map_err(|unfit| {
+                let message = format!("--target: {}", unfit.message);
+                Failure::arguments(message, unfit.help.unwrap_or_default())
+            });
+        }
+        let target = match asked {
+            Some(None) => None,
+            asked => struck_by(kind, asked.flatten(), &lines),
+        };
+        target.map(|target| Fault::new(target, kind)).ok_or_else(|| {
+            let there = lines.targets(kind.info().reach).into_iter();
+            let there = there.filter(|target| struck_by(kind, Some(*target), &lines).is_some());
+            let known: Vec<String> = there.map(|target| target.name().to_owned()).collect();
+            let what = self.target.map(|name| format!("the {name}"));
+            Failure::arguments(
+                format!(
+                    "`{}` cannot strike {} of {}",
+                    kind.name(),
+                    what.as_deref().unwrap_or("anything"),
+                    self.prepared.plan.name
+                ),
+                match known.as_slice() {
+                    [] => "`hil list faults` says what each strikes".to_owned(),
+                    known => format!("here it strikes: {}", known.join(", ")),
+                },
+            )
+        })
+    }
+
     fn measure(&self, kept: &Kept<'_, Simulated>, asked: &Asked, horizon: Span) -> Envelope {
         let tells = self.prepared.rig.robot.is_some();
         let settings = EnvelopeSettings {

@@ -14,8 +14,12 @@ use std::path::{Path, PathBuf};
 impl CampaignArguments {
     /// Describes what determines the cases of the campaign; `bench` names where they are carried out.
     pub(super) fn what(&self, task: &Task<'_>, bench: &str) -> String {
+        let targets = match self.targets.as_slice() {
+            [] => String::new(),
+            targets => format!(" of {}", targets.join("/")),
+        };
         format!(
-            "{}, by {}, seed {}, up to {} of {}{bench}",
+            "{}, by {}, seed {}, up to {} of {}{targets}{bench}",
             self.under_test(task),
             word(&self.by),
             self.seed,
