@@ -113,3 +113,18 @@ fn what_was_interrupted_goes_on_where_it_stopped() {
     let ran = hil.run(&command).exits(2);
     assert!(ran.err.contains("runs.jsonl is of another campaign: plan"), "{}", ran.err);
 }
+
+#[test]
+fn a_campaign_of_other_targets_is_another_one() {
+    let hil = Hil::with_plan(&turn());
+    let search = |target: &str| {
+        let faults = ["--cases", "1", "--faults", "drop", "--target", target, "--out", "c"];
+        hil.run(&[&["campaign", "./turn.toml"][..], &faults].concat())
+    };
+    search("gyro").exits(0);
+    let ran = search("gyro,base").exits(2);
+    assert!(ran.err.contains("of drop of gyro there"), "{}", ran.err);
+    assert!(ran.err.contains("of drop of gyro/"), "{}", ran.err);
+    let ran = search("bsae").exits(2);
+    assert!(ran.err.contains("no node and no line `bsae`"), "{}", ran.err);
+}
