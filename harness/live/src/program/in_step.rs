@@ -139,6 +139,7 @@ fn end_in_words(ended: &Ended) -> String {
              does not reach (docs/virtual-time.md)",
             limit.as_secs_f64()
         ),
+        Ended::Deadlocked { .. } => format!("hung: {ended}"),
         other => format!("was stopped: {other}"),
     }
 }
