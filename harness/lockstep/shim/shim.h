@@ -210,6 +210,8 @@ char **as_traced(const char **file, char *const *arguments);
 // can_interface.c, can_socket.c, can_message.c, can_bcm.c
 void can_declare(const char *name, bool takes_fd);
 bool can_takes_fd(int index);
+bool can_is_off(int index);
+void can_errs(int index, canid_t id);
 int can_index(const char *name);
 const char *can_name(int index);
 int can_interfaces(void);

@@ -209,6 +209,18 @@ impl Lockstep {
         if let Some(status) = status {
             self.end(Ended::Stopped(status));
         }
+        in_time
+    }
+
+    /// The CAN controller at a port has something to report: an error frame of `linux/can/error.h`, for the sockets whose
+    /// filter asks for it. One that says bus-off takes the interface off the bus until one says that it has restarted:
+    /// what the program sends meanwhile is lost.
+    pub fn error_frame(&mut self, now: Timestamp, port: PortId, id: u32, data: [u8; 8]) {
+        if let Some(Port::Can(interface)) = self.lines.ports.get(usize::from(port.0)) {
+            let frame = frame::error(id, data);
+            self.given.frames.push(SentFrame { interface: *interface, is_local: false, frame });
+            self.has_come(now);
+        }
     }
 
     /// Writes `bytes` to its standard input, if it [talks](crate::Program::talks); returns `false` if it does not take

@@ -170,6 +170,9 @@ pub trait NodeDevice: Device + Send {
         None
     }
 
+    /// A CAN controller of it has changed its error state: a SocketCAN error frame at this port.
+    fn error_frame(&mut self, _now: Timestamp, _port: PortId, _id: u32, _data: [u8; 8]) {}
+
     /// Whether it did not end by itself, but was killed because the run is to be aborted.
     fn is_given_up(&self) -> bool {
         false

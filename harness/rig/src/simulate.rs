@@ -311,8 +311,8 @@ impl Simulation {
 
     /// Records nodes that have gone bus-off or recovered through faults.
     fn note_confinement(&mut self, sink: &mut dyn RecordSink) {
-        let Self { faults: Some(faults), now, rig, watch, .. } = self else { return };
-        if faults.record_confinement(*now, rig, sink) {
+        let Self { faults: Some(faults), now, rig, watch, touched, .. } = self else { return };
+        if faults.record_confinement(*now, rig, sink, |node| touched.node(node)) {
             see(watch, *now, &Seen::BusOff);
         }
     }

@@ -225,6 +225,11 @@ impl NodeDevice for InStep {
         self.uarts.wrong(self.now, &self.name, &self.running)
     }
 
+    fn error_frame(&mut self, now: Timestamp, port: PortId, id: u32, data: [u8; 8]) {
+        self.now = now;
+        self.running.error_frame(now, port, id, data);
+    }
+
     fn is_given_up(&self) -> bool {
         self.running.ended() == Some(&Ended::GivenUp)
     }
