@@ -193,14 +193,15 @@ impl Lockstep {
     }
 
     /// Sends it SIGTERM and lets it run until it has ended, for at most `limit` of virtual time, then kills it. Its
-    /// last outputs can be fetched as always; meanwhile nothing arrives.
-    pub fn stop(&mut self, now: Timestamp, limit: Span) {
+    /// last outputs can be fetched as always; meanwhile nothing arrives. Returns whether it was in time.
+    pub fn stop(&mut self, now: Timestamp, limit: Span) -> bool {
         let end = now + limit;
         self.given.signal = SIGTERM;
         self.run(now);
         while self.ended.is_none() && self.next <= end {
             self.wake(self.next);
         }
+        let in_time = self.ended.is_some();
         let status = match (&self.ended, &mut self.family) {
             (Some(Ended::Exited(status)), _) => Some(*status),
             (None, Some(family)) => family.kill(),

@@ -150,7 +150,7 @@ impl Simulation {
         let ending = self.run_to_end(sink, keep, pulse);
         self.last_words(sink, keep);
         let Self { faults, rig, director, now, .. } = self;
-        let notes = rig.remarks();
+        let notes = [rig.remarks(), rig.stop()].concat();
         for note in &notes {
             let kind = RecordKind::Note(note.clone());
             sink.record(Record { at: *now, device: Device::Plan, kind });
