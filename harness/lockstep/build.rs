@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Sources of the shim that the tracer shares.
-const SHARED: [&str; 12] = [
+const SHARED: [&str; 13] = [
     "can_bcm.c",
     "can_interface.c",
     "can_message.c",
@@ -15,6 +15,7 @@ const SHARED: [&str; 12] = [
     "moments.c",
     "serial.c",
     "serial_port.c",
+    "stuck.c",
     "timers.c",
     "turns.c",
     "wait_fds.c",

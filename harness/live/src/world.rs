@@ -290,7 +290,7 @@ impl LiveWorld {
         };
         let end = clock.now();
         self.lateness.end_step(self.course());
-        let notes = self.end_notes(end, sink);
+        let mut notes = self.end_notes(end, sink);
         let (faults, dropped) = self.end_faults(end, sink, &mut device);
         let eyes = self.eyes.take();
         let (properties, unjudged) = eyes.map(|eyes| eyes.close(end)).unwrap_or_default();
@@ -302,7 +302,10 @@ impl LiveWorld {
             journal::note(sink, end, Device::Plan, note);
         }
         device.end().await;
-        programs.end().await;
+        for note in programs.end().await {
+            journal::note(sink, end, Device::Plan, note.clone());
+            notes.push(note);
+        }
         if let Some(ended) = commands.end().await {
             self.hear_command(end, sink, &ended);
         }

@@ -1,5 +1,6 @@
 // Queries of programs about the CAN interfaces that the harness declared.
 #include "can.h"
+#include <linux/can/error.h>
 #include <linux/sockios.h>
 #include <net/if.h>
 #include <net/if_arp.h>
@@ -9,9 +10,8 @@
 #define INTERFACES_MAX 32
 // Far above the numbers of real interfaces.
 #define INDEX_BASE 1000
-#define FLAGS (IFF_UP | IFF_RUNNING | IFF_NOARP)
 static char names[INTERFACES_MAX][IF_NAMESIZE];
-static bool takes_fd[INTERFACES_MAX];
+static bool takes_fd[INTERFACES_MAX], is_off[INTERFACES_MAX];
 static int count;
 
 void can_declare(const char *name, bool is_fd) {
@@ -29,6 +29,17 @@ int can_index(const char *name) {
 }
 
 bool can_takes_fd(int index) { return can_name(index) && takes_fd[index - INDEX_BASE]; }
+
+// Whether the controller of an interface is bus-off, as its error frames say.
+bool can_is_off(int index) { return can_name(index) && is_off[index - INDEX_BASE]; }
+
+static int flags_of(int index) { return IFF_UP | IFF_NOARP | (can_is_off(index) ? 0 : IFF_RUNNING); }
+
+void can_errs(int index, canid_t id) {
+    if (!can_name(index)) return;
+    if (id & CAN_ERR_BUSOFF) is_off[index - INDEX_BASE] = true;
+    if (id & CAN_ERR_RESTARTED) is_off[index - INDEX_BASE] = false;
+}
 
 const char *can_name(int index) {
     int place = index - INDEX_BASE;
@@ -92,10 +103,10 @@ bool can_file_text(const char *path, char text[32]) {
     if (!strcmp(rest, "/type")) number = ARPHRD_CAN;
     if (!strcmp(rest, "/mtu")) number = can_takes_fd(index) ? CANFD_MTU : CAN_MTU;
     if (!strcmp(rest, "/ifindex")) number = index;
-    if (!strcmp(rest, "/carrier")) number = 1;
+    if (!strcmp(rest, "/carrier")) number = !can_is_off(index);
     if (number >= 0) snprintf(text, 32, "%d\n", number);
-    else if (!strcmp(rest, "/flags")) snprintf(text, 32, "0x%x\n", FLAGS);
-    else if (!strcmp(rest, "/operstate")) snprintf(text, 32, "up\n");
+    else if (!strcmp(rest, "/flags")) snprintf(text, 32, "0x%x\n", flags_of(index));
+    else if (!strcmp(rest, "/operstate")) snprintf(text, 32, can_is_off(index) ? "down\n" : "up\n");
     else return false;
     return true;
 }
@@ -126,7 +137,7 @@ bool can_interface_ioctl(unsigned long request, void *argument, int *result) {
     *result = 0;
     switch (request) {
     case SIOCGIFINDEX: asked->ifr_ifindex = index; break;
-    case SIOCGIFFLAGS: asked->ifr_flags = FLAGS; break;
+    case SIOCGIFFLAGS: asked->ifr_flags = (short)flags_of(index); break;
     case SIOCGIFMTU: asked->ifr_mtu = can_takes_fd(index) ? CANFD_MTU : CAN_MTU; break;
     case SIOCGIFHWADDR: asked->ifr_hwaddr.sa_family = ARPHRD_CAN; break;
     default: errno = EOPNOTSUPP, *result = -1;

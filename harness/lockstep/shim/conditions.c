@@ -6,8 +6,11 @@
 static int await_condition(pthread_cond_t *condition, pthread_mutex_t *mutex, int64_t deadline) {
     int result = pthread_mutex_unlock(mutex);
     if (result) return result;
-    enum woken woken = block(&(struct wait){
-        .kind = WAIT_ADDRESS, .deadline = deadline, .address = condition, .bitset = UINT32_MAX});
+    enum woken woken = block(&(struct wait){.kind = WAIT_ADDRESS,
+                                            .giver = THREAD_OR_HANDLER,
+                                            .deadline = deadline,
+                                            .address = condition,
+                                            .bitset = UINT32_MAX});
     result = pthread_mutex_lock(mutex);
     return result ? result : woken == TIMED_OUT ? ETIMEDOUT : 0;
 }
@@ -61,8 +64,8 @@ static int await_semaphore(sem_t *semaphore, int64_t deadline) {
         if (!REAL(sem_trywait)(semaphore)) return 0;
         if (errno != EAGAIN) return -1;
         if (deadline <= now_ns) return errno = ETIMEDOUT, -1;
-        enum woken woken =
-            block(&(struct wait){.kind = WAIT_SEMAPHORE, .deadline = deadline, .address = semaphore});
+        enum woken woken = block(&(struct wait){
+            .kind = WAIT_SEMAPHORE, .giver = THREAD_OR_HANDLER, .deadline = deadline, .address = semaphore});
         if (woken == INTERRUPTED) return errno = EINTR, -1;
     }
 }
@@ -126,7 +129,8 @@ EXPORT int pthread_barrier_wait(pthread_barrier_t *barrier) {
         wake(barrier, UINT32_MAX, UINT32_MAX);
         return PTHREAD_BARRIER_SERIAL_THREAD;
     }
-    struct wait wait = {.kind = WAIT_ADDRESS, .deadline = NEVER, .address = barrier, .bitset = UINT32_MAX};
+    struct wait wait = {
+        .kind = WAIT_ADDRESS, .giver = THREAD, .deadline = NEVER, .address = barrier, .bitset = UINT32_MAX};
     while (block(&wait) != WOKEN) {}
     return 0;
 }

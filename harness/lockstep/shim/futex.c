@@ -12,7 +12,11 @@ static long await_word(const uint32_t *word, uint32_t value, int64_t deadline, u
         question();
         return errno = EAGAIN, -1;
     }
-    switch (block(&(struct wait){.kind = WAIT_ADDRESS, .deadline = deadline, .address = word, .bitset = bitset})) {
+    switch (block(&(struct wait){.kind = WAIT_ADDRESS,
+                                 .giver = THREAD_OR_HANDLER,
+                                 .deadline = deadline,
+                                 .address = word,
+                                 .bitset = bitset})) {
     case TIMED_OUT: return errno = ETIMEDOUT, -1;
     case INTERRUPTED:
     case RESTART: return errno = EINTR, -1;

@@ -130,10 +130,13 @@ static enum answer take_answer(void) {
     return ANSWER_RUN;
 }
 
-void link_run(int64_t deadline) {
+void link_run(int64_t deadline, bool is_stuck, unsigned threads) {
     int64_t next = timers_next();
     struct to_harness idle = {
-        .kind = MESSAGE_IDLE, .flag = progressed, .argument = deadline < next ? deadline : next};
+        .kind = MESSAGE_IDLE,
+        .flag = (uint32_t)progressed | (uint32_t)is_stuck << 1 | threads << 2,
+        .argument = deadline < next ? deadline : next,
+    };
     progressed = false;
     link_is_busy = true;
     send_all(&idle, offsetof(struct to_harness, frame));

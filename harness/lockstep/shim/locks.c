@@ -3,7 +3,8 @@
 #include <threads.h>
 
 static enum woken await(const void *address, int64_t deadline) {
-    return block(&(struct wait){.kind = WAIT_ADDRESS, .deadline = deadline, .address = address, .bitset = UINT32_MAX});
+    return block(&(struct wait){
+        .kind = WAIT_ADDRESS, .giver = THREAD, .deadline = deadline, .address = address, .bitset = UINT32_MAX});
 }
 
 // Tries until success or until the deadline.

@@ -179,7 +179,7 @@ EXPORT pid_t wait4(pid_t which, int *status, int options, struct rusage *usage) 
             else question();
             return result;
         }
-        enum woken woken = block(&(struct wait){.kind = WAIT_RUN, .deadline = NEVER});
+        enum woken woken = block(&(struct wait){.kind = WAIT_RUN, .giver = CHILD, .deadline = NEVER});
         if (woken == INTERRUPTED) return errno = EINTR, -1;
     }
 }
@@ -198,7 +198,7 @@ EXPORT int waitid(idtype_t type, id_t id, siginfo_t *info, int options) {
             else question();
             return result;
         }
-        enum woken woken = block(&(struct wait){.kind = WAIT_RUN, .deadline = NEVER});
+        enum woken woken = block(&(struct wait){.kind = WAIT_RUN, .giver = CHILD, .deadline = NEVER});
         if (woken == INTERRUPTED) return errno = EINTR, -1;
     }
 }

@@ -2,11 +2,13 @@
 // the harness is asked for the next time.
 #include "shim.h"
 #include <linux/futex.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 
 __thread struct thread *self __attribute__((tls_model("initial-exec")));
 bool progressed, has_children;
 static pthread_key_t exit_key;
+static pthread_t leader;
 
 static void thread_exits(void *thread);
 
@@ -22,13 +24,14 @@ bool in_lockstep(void) { return is_managed() && self && current == self && !link
 void schedule_begin(void) {
     pthread_key_create(&exit_key, thread_exits);
     first = current = self = calloc(1, sizeof *self);
-    self->handle = pthread_self();
+    self->handle = leader = pthread_self();
     pthread_setspecific(exit_key, self);
 }
 
 // Only the forking thread lives on.
 void schedule_after_fork(void) {
     first = current = self;
+    leader = pthread_self();
     self->next = NULL;
     self->signals = 0;
 }
@@ -48,6 +51,37 @@ static enum woken handled_now(const sigset_t *mask) {
     return result;
 }
 
+bool has_handler(const struct thread *thread, int signal) {
+    struct sigaction action;
+    (void)thread;
+    return !sigaction(signal, NULL, &action) && action.sa_handler != SIG_IGN && action.sa_handler != SIG_DFL;
+}
+
+pid_t process_id_of(const struct thread *thread) { return (void)thread, getpid(); }
+uintptr_t address_of(const struct thread *thread) { return (uintptr_t)thread->wait.address; }
+
+// Whether there are threads outside of the schedule, as the C library makes for asynchronous input and output.
+bool has_other_threads(void) {
+    static bool has;
+    nlink_t known = 2;
+    bool leads = false;
+    for (struct thread *thread = first; thread; thread = thread->next) {
+        known += !thread->finished;
+        leads |= !thread->finished && pthread_equal(thread->handle, leader);
+    }
+    // The first thread of a process remains until the last has ended.
+    known += !leads;
+    // A thread that is ending asks for those that are left.
+    known += self->finished && !pthread_equal(self->handle, leader);
+    // A thread that has ended needs some time to disappear.
+    for (int tries = 0; !has && tries < 1000; tries++) {
+        struct stat folder;
+        if (!stat("/proc/self/task", &folder) && folder.st_nlink <= known) return false;
+        REAL(usleep)(1000);
+    }
+    return has = true;
+}
+
 static void ask_for_time(void) {
     int64_t deadline = NEVER;
     for (struct thread *thread = first; thread; thread = thread->next)
@@ -60,7 +94,9 @@ static void ask_for_time(void) {
         sigfillset(&all);
         pthread_sigmask(SIG_SETMASK, &all, &before);
     }
-    link_run(deadline);
+    unsigned threads;
+    bool stuck = is_stuck(&threads);
+    link_run(deadline, stuck, threads);
     runs++;
     if (holds) {
         self->handled = handled_now(&before);

@@ -56,7 +56,8 @@ extern int64_t spin_step_ns;
 extern bool link_is_busy;
 void begin(void);
 bool is_managed(void);
-void link_run(int64_t deadline);
+// `threads` of them wait for each other, if the program is stuck.
+void link_run(int64_t deadline, bool is_stuck, unsigned threads);
 bool link_request(enum request what, int64_t argument);
 enum tell { TELL_OPENED = 8, TELL_COOKED = 9, TELL_WROTE = 10, TELL_FRAMED = 11 };
 void link_tell(enum tell what, uint32_t port, int64_t argument);
@@ -77,8 +78,11 @@ int64_t clock_ns(clockid_t clock);
 // turns.c, schedule.c: threads, one of which runs at a time.
 enum wait_kind { WAIT_NOTHING, WAIT_TIME, WAIT_FDS, WAIT_ADDRESS, WAIT_SEMAPHORE, WAIT_RUN };
 enum woken { WOKEN, TIMED_OUT, INTERRUPTED, RESTART, LOOK_AGAIN };
+// Who can end a wait: a handler of a signal is code that runs although all threads wait.
+enum giver { ANYONE, THREAD_OR_HANDLER, THREAD, CHILD };
 struct wait {
     enum wait_kind kind;
+    enum giver giver;
     int64_t deadline;
     const void *address;
     uint32_t bitset;
@@ -123,6 +127,13 @@ struct thread *thread_of(pthread_t handle);
 void thread_forget(struct thread *thread);
 void futex_wait(int *word, int value);
 void futex_wake(int *word);
+
+// stuck.c, and what it needs to know.
+bool is_stuck(unsigned *threads);
+bool has_handler(const struct thread *thread, int signal);
+bool has_other_threads(void);
+pid_t process_id_of(const struct thread *thread);
+uintptr_t address_of(const struct thread *thread);
 
 // timers.c: callbacks at a time.
 struct virtual_timer {
@@ -199,6 +210,8 @@ char **as_traced(const char **file, char *const *arguments);
 // can_interface.c, can_socket.c, can_message.c, can_bcm.c
 void can_declare(const char *name, bool takes_fd);
 bool can_takes_fd(int index);
+bool can_is_off(int index);
+void can_errs(int index, canid_t id);
 int can_index(const char *name);
 const char *can_name(int index);
 int can_interfaces(void);

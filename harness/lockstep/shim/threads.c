@@ -22,7 +22,7 @@ static int await_end(pthread_t handle, int64_t deadline) {
     if (!thread || thread == self) return 0;
     while (!thread->finished) {
         enum woken woken = block(&(struct wait){
-            .kind = WAIT_ADDRESS, .deadline = deadline, .address = thread, .bitset = UINT32_MAX});
+            .kind = WAIT_ADDRESS, .giver = THREAD, .deadline = deadline, .address = thread, .bitset = UINT32_MAX});
         if (woken == TIMED_OUT) return ETIMEDOUT;
     }
     thread_forget(thread);

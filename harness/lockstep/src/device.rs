@@ -193,14 +193,15 @@ impl Lockstep {
     }
 
     /// Sends it SIGTERM and lets it run until it has ended, for at most `limit` of virtual time, then kills it. Its
-    /// last outputs can be fetched as always; meanwhile nothing arrives.
-    pub fn stop(&mut self, now: Timestamp, limit: Span) {
+    /// last outputs can be fetched as always; meanwhile nothing arrives. Returns whether it was in time.
+    pub fn stop(&mut self, now: Timestamp, limit: Span) -> bool {
         let end = now + limit;
         self.given.signal = SIGTERM;
         self.run(now);
         while self.ended.is_none() && self.next <= end {
             self.wake(self.next);
         }
+        let in_time = self.ended.is_some();
         let status = match (&self.ended, &mut self.family) {
             (Some(Ended::Exited(status)), _) => Some(*status),
             (None, Some(family)) => family.kill(),
@@ -208,6 +209,18 @@ impl Lockstep {
         };
         if let Some(status) = status {
             self.end(Ended::Stopped(status));
+        }
+        in_time
+    }
+
+    /// The CAN controller at a port has something to report: an error frame of `linux/can/error.h`, for the sockets whose
+    /// filter asks for it. One that says bus-off takes the interface off the bus until one says that it has restarted:
+    /// what the program sends meanwhile is lost.
+    pub fn error_frame(&mut self, now: Timestamp, port: PortId, id: u32, data: [u8; 8]) {
+        if let Some(Port::Can(interface)) = self.lines.ports.get(usize::from(port.0)) {
+            let frame = frame::error(id, data);
+            self.given.frames.push(SentFrame { interface: *interface, is_local: false, frame });
+            self.has_come(now);
         }
     }
 

@@ -2,10 +2,10 @@
 
 use crate::binary::{self, BinaryError, Way};
 use crate::link::{Change, Link, Message, PATIENCE, Reading, SentFrame, Turn};
-use crate::spawned::Spawned;
+use crate::spawned::{Spawned, is_gone, wait_for_death};
 use crate::state::Ended;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
+use rustix::process::{Pid, Signal, kill_process};
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::net::UnixListener;
@@ -13,6 +13,7 @@ use std::process::ExitStatus;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use wire::time::Timestamp;
 
 /// Most turns at one instant. Assumption: processes that pass something on this often without waiting for time will do
 /// so endlessly.
@@ -59,6 +60,7 @@ struct Process {
     pid: i32,
     link: Link,
     deadline: i64,
+    stuck: Option<u32>,
     inbox: Vec<SentFrame>,
     bytes_came: bool,
     signal: u32,
@@ -131,7 +133,13 @@ impl Family {
             last = Some(next);
             let has_mail = self.processes.values().any(|process| !process.inbox.is_empty());
             if quiet >= self.processes.len() && !has_mail {
-                return if self.processes.is_empty() { Err(self.all_gone()) } else { Ok(()) };
+                return match (self.processes.is_empty(), self.stuck()) {
+                    (true, _) => Err(self.all_gone()),
+                    (false, Some(threads @ 1..)) => {
+                        Err(Ended::Deadlocked { threads, since: Timestamp::from_nanos(self.now) })
+                    }
+                    (false, _) => Ok(()),
+                };
             }
         }
         Err(Ended::NeverAdvanced)
@@ -159,6 +167,11 @@ impl Family {
         self.processes.values().map(|process| process.pid)
     }
 
+    /// The number of threads that wait for each other, if nothing else can let any of them go on.
+    fn stuck(&self) -> Option<u32> {
+        self.processes.values().map(|process| process.stuck).sum()
+    }
+
     fn after(&self, last: Option<u32>) -> Option<u32> {
         let later = last.and_then(|last| self.processes.range(last + 1..).next());
         later.or_else(|| self.processes.first_key_value()).map(|(key, _)| *key)
@@ -170,6 +183,7 @@ impl Family {
             pid,
             link,
             deadline: self.now,
+            stuck: None,
             inbox: Vec::new(),
             bytes_came: false,
             signal: 0,
@@ -186,8 +200,8 @@ impl Family {
         loop {
             let Some(process) = self.processes.get_mut(&key) else { return Ok(true) };
             match process.link.read() {
-                Reading::Message(Message::Idle { deadline, progressed }) => {
-                    process.deadline = deadline;
+                Reading::Message(Message::Idle { deadline, progressed, stuck }) => {
+                    (process.deadline, process.stuck) = (deadline, stuck);
                     outside.paused();
                     return Ok(progressed);
                 }
@@ -381,18 +395,4 @@ impl Drop for Family {
     fn drop(&mut self) {
         self.kill();
     }
-}
-
-/// Whether a process has ended, even if its parent has not reaped it yet.
-fn is_gone(pid: i32) -> bool {
-    wait_for_death(pid, Duration::ZERO)
-}
-
-fn wait_for_death(pid: i32, limit: Duration) -> bool {
-    let Some(pid) = Pid::from_raw(pid) else { return true };
-    let Ok(process) = pidfd_open(pid, PidfdFlags::empty()) else { return true };
-    let limit =
-        Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
-    let mut ends = [PollFd::new(&process, PollFlags::IN)];
-    matches!(poll(&mut ends, Some(&limit)), Ok(1..))
 }

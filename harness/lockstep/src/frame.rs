@@ -14,6 +14,15 @@ pub(crate) fn encode(frame: &CanFrame) -> [u8; FRAME_BYTES] {
     bytes
 }
 
+/// An error frame.
+pub(crate) fn error(id: u32, data: [u8; 8]) -> [u8; FRAME_BYTES] {
+    let mut bytes = [0; FRAME_BYTES];
+    bytes[..4].copy_from_slice(&(id | ERROR_FLAG).to_ne_bytes());
+    bytes[4] = data.len() as u8;
+    bytes[8..16].copy_from_slice(&data);
+    bytes
+}
+
 /// Decodes a frame of a program; `None` for an error message or an invalid frame.
 pub(crate) fn decode(bytes: &[u8; FRAME_BYTES]) -> Option<CanFrame> {
     let word = u32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);

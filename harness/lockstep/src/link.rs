@@ -39,6 +39,9 @@ pub(crate) enum Message {
     Idle {
         deadline: i64,
         progressed: bool,
+        /// None of its threads goes on unless another does; the number of those that wait for each other, without
+        /// those that wait for the end of a child.
+        stuck: Option<u32>,
     },
     /// It is about to start a process, and already has this many without their own link.
     Fork {
@@ -196,7 +199,11 @@ fn parse(bytes: &[u8]) -> Parsed {
             return message
                 .map_or(Parsed::Wrong, |message| Parsed::Whole(message, HEAD_BYTES + SENT_BYTES));
         }
-        2 => Message::Idle { deadline: argument, progressed: flag != 0 },
+        2 => Message::Idle {
+            deadline: argument,
+            progressed: flag & 1 != 0,
+            stuck: (flag & 2 != 0).then_some(flag >> 2),
+        },
         3 => Message::Fork { others: usize::try_from(argument).unwrap_or(usize::MAX) },
         4 => Message::Forked { pid },
         5 => Message::Exec,

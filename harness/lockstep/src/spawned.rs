@@ -3,7 +3,8 @@
 //! The kernel kills the process when that thread ends (`PR_SET_PDEATHSIG`, set by the shim). Therefore the thread only
 //! waits for the process, and the caller's threads may come and go.
 
-use rustix::process::{Pid, Signal, kill_process_group};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open};
 use std::io::{self, ErrorKind};
 use std::process::{Command, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
@@ -86,4 +87,18 @@ impl Drop for Spawned {
             let _ = parent.join();
         }
     }
+}
+
+/// Whether a process has ended, even if its parent has not reaped it yet.
+pub(crate) fn is_gone(pid: i32) -> bool {
+    wait_for_death(pid, Duration::ZERO)
+}
+
+pub(crate) fn wait_for_death(pid: i32, limit: Duration) -> bool {
+    let Some(pid) = Pid::from_raw(pid) else { return true };
+    let Ok(process) = pidfd_open(pid, PidfdFlags::empty()) else { return true };
+    let limit =
+        Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
+    let mut ends = [PollFd::new(&process, PollFlags::IN)];
+    matches!(poll(&mut ends, Some(&limit)), Ok(1..))
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::process::ExitStatus;
 use std::time::Duration;
+use wire::time::Timestamp;
 
 /// Current state of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +31,13 @@ pub enum Ended {
     NeverWaited {
         /// The limit.
         limit: Duration,
+    },
+    /// All of its threads wait for each other, without a deadline: none of them can ever go on.
+    Deadlocked {
+        /// How many threads wait.
+        threads: u32,
+        /// When the last of them began to wait.
+        since: Timestamp,
     },
     /// It never connected to the harness: it has neither shim nor tracer. The program, or one that replaced it or was
     /// started by it, runs with privileges, or is linked statically and was started by descriptor.
@@ -61,6 +69,14 @@ impl fmt::Display for Ended {
                 "the program did not wait within {limit:?} of real time: it computes without end, or waits where virtual \
                  time does not reach (docs/virtual-time.md)"
             ),
+            Self::Deadlocked { threads, since } => {
+                let since_s = (since.as_secs_f64() * 1e3).round() / 1e3;
+                match threads {
+                    1 => f.write_str("its only thread waits for itself")?,
+                    _ => write!(f, "all {threads} threads of it wait for each other")?,
+                }
+                write!(f, " since {since_s} s, and nothing else can let them go on")
+            }
             Self::NeverJoined { pid, executable } => write!(
                 f,
                 "process {pid} ({executable}) is not in virtual time: does it run with privileges, or is it linked \

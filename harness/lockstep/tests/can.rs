@@ -9,7 +9,7 @@ use lockstep::{Ended, Output, Program};
 use std::sync::{Arc, Mutex};
 use wire::can::{CanFrame, FdFlags, StandardId};
 use wire::device::{Device as _, PortId, Transmit};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 fn python_can(name: &str) -> Option<Vec<Event>> {
     let python = python_with("can")?;
@@ -107,6 +107,28 @@ fn processes_of_one_program_hear_one_another() {
     let (events, text) = printed(&["bash", "-c", script], 2, &[]);
     assert_eq!(events.len(), 2, "{text}");
     assert!(text.contains(" can0 001#11\n") && text.ends_with("ended\n"), "{text}");
+}
+
+/// Error frames reach the sockets whose filter asks for them; while bus-off, what is written is lost.
+#[test]
+fn error_frames_come_as_the_filter_of_a_socket_says() {
+    for arguments in [&[][..], &["-static"]] {
+        let path = compiled("gcc", "errors.c", arguments);
+        let mut running = Program::new([path]).can("can0").serial("/dev/ttyHIL0").start().unwrap();
+        let at = |ms| Timestamp::ZERO + Span::from_millis(ms);
+        let mut events = drive(&mut running, at(21), &[]);
+        for (ms, id, data) in
+            [(25, 0x204, [0, 0x20, 0, 0, 0, 0, 128, 3]), (45, 0x040, [0; 8]), (75, 0x100, [0; 8])]
+        {
+            events.extend(drive(&mut running, at(ms), &[]));
+            running.error_frame(at(ms), PortId(0), id, data);
+        }
+        events.extend(drive(&mut running, at(95), &[]));
+        assert_eq!(text(&events, 1), "a 204 20 128 3\na 40 0 0 0\nb 40 0 0 0\na 100 0 0 0\n");
+        let times: Vec<i64> =
+            times_of(&events, 0x123).into_iter().map(|at| at / 1_000_000).collect();
+        assert_eq!(times, [10, 20, 30, 40, 80, 90]);
+    }
 }
 
 #[test]

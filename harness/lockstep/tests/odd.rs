@@ -110,6 +110,35 @@ fn one_that_computes_without_end_is_given_up() {
     ends_and_leaves_nothing(running);
 }
 
+/// Nothing but the program itself could let it go on, so nobody has to wait for a limit.
+#[test]
+fn one_whose_threads_wait_for_each_other_is_named() {
+    let deadlocked =
+        |threads, ms| Ended::Deadlocked { threads, since: Timestamp::ZERO + Span::from_millis(ms) };
+    for (how, threads, ms) in [
+        ("stuck on a mutex", 1, 1_000),
+        ("stuck on two", 2, 1_001),
+        ("stuck in a child", 2, 1_001),
+        ("stuck on what has ended", 1, 1_001),
+        ("stuck on a semaphore", 1, 1_000),
+    ] {
+        let (running, _) = run(odd(how), 5);
+        assert_eq!(running.ended(), Some(&deadlocked(threads, ms)), "{how}");
+        ends_and_leaves_nothing(running);
+    }
+}
+
+#[test]
+fn one_that_something_else_can_wake_is_not_deadlocked() {
+    for how in ["stuck but for SIGTERM", "stuck beside a pipe"] {
+        let (running, _) = run(odd(how), 5);
+        assert_eq!(running.state(), State::WaitsForEver, "{how}");
+    }
+    let (running, events) = run(odd("stuck until a timer"), 5);
+    assert_eq!((text(&events, 0).as_str(), events[0].at), ("given\na second\n", secs(3)));
+    assert_eq!(running.state(), State::WaitsForEver);
+}
+
 /// Its child stands still for it, as one under `strace` does, and nobody outside would let it go on.
 #[test]
 fn one_that_traces_another_of_its_own_is_given_up() {

@@ -48,6 +48,21 @@ fn one_that_computes_without_end_is_given_up_and_none_of_it_is_left() {
 }
 
 #[test]
+fn one_whose_threads_wait_for_each_other_is_named() {
+    for (how, threads) in [("stuck on a mutex", 1), ("stuck on two", 2), ("stuck in a child", 2)] {
+        let (running, _) = run(odd(how), 5);
+        let is_named = matches!(running.ended(), Some(Ended::Deadlocked { threads: found, .. }) if *found == threads);
+        assert!(is_named, "{how}: {:?}", running.state());
+    }
+    for how in ["stuck but for SIGTERM", "stuck beside a pipe"] {
+        let (running, _) = run(odd(how), 5);
+        assert_eq!(running.state(), State::WaitsForEver, "{how}");
+    }
+    let (_, events) = run(odd("stuck until a timer"), 5);
+    assert_eq!(text(&events, 0), "given\na second\n");
+}
+
+#[test]
 fn one_that_only_asks_gets_on() {
     let spin = |how, step| odd(how).spin_questions(100).spin_step(Span::from_micros(step));
     let (_, events) = run(spin("clock", 10), 1);

@@ -64,7 +64,7 @@ static int64_t wait_child(struct tracee *of, uint64_t *a) {
         int64_t result = CALL(of, SYS_wait4, a[0], a[1], a[2] | WNOHANG, a[3]);
         if (result == 0 && (a[2] & WNOHANG)) question();
         if (result != 0 || (a[2] & WNOHANG)) return result;
-        if (block(&(struct wait){.kind = WAIT_RUN, .deadline = NEVER}) == INTERRUPTED) return restarted(of, -EINTR);
+        if (block(&(struct wait){.kind = WAIT_RUN, .giver = CHILD, .deadline = NEVER}) == INTERRUPTED) return restarted(of, -EINTR);
     }
 }
 
@@ -77,7 +77,7 @@ static int64_t wait_one(struct tracee *of, uint64_t *a) {
         get(of, info, &found, sizeof found);
         if (result == 0 && !found.si_pid && (a[3] & WNOHANG)) question();
         if (result || found.si_pid || (a[3] & WNOHANG)) return result;
-        if (block(&(struct wait){.kind = WAIT_RUN, .deadline = NEVER}) == INTERRUPTED) return restarted(of, -EINTR);
+        if (block(&(struct wait){.kind = WAIT_RUN, .giver = CHILD, .deadline = NEVER}) == INTERRUPTED) return restarted(of, -EINTR);
     }
 }
 

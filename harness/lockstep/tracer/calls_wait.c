@@ -14,8 +14,11 @@ static int64_t await_word(struct tracee *of, uint64_t word, uint32_t value, int6
         question();
         return -EAGAIN;
     }
-    switch (block(&(struct wait){
-        .kind = WAIT_ADDRESS, .deadline = deadline, .address = key_of(of->process, word), .bitset = bitset})) {
+    switch (block(&(struct wait){.kind = WAIT_ADDRESS,
+                                 .giver = THREAD_OR_HANDLER,
+                                 .deadline = deadline,
+                                 .address = key_of(of->process, word),
+                                 .bitset = bitset})) {
     case TIMED_OUT: return -ETIMEDOUT;
     case INTERRUPTED: return deadline == NEVER ? restarted(of, -EINTR) : -EINTR;
     default: return 0;

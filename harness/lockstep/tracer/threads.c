@@ -138,11 +138,27 @@ void sweep(void) {
     }
 }
 
+bool has_handler(const struct thread *thread, int signal) {
+    uint64_t handler = ((const struct tracee *)thread)->process->actions[signal].handler;
+    return handler != (uint64_t)SIG_DFL && handler != (uint64_t)SIG_IGN;
+}
+
+// No thread escapes the tracer.
+bool has_other_threads(void) { return false; }
+
+pid_t process_id_of(const struct thread *thread) { return ((const struct tracee *)thread)->process->pid; }
+
+uintptr_t address_of(const struct thread *thread) {
+    return (uintptr_t)key_of(((const struct tracee *)thread)->process, (uint64_t)thread->wait.address);
+}
+
 static void ask_for_time(void) {
     int64_t deadline = NEVER;
     for (struct thread *thread = first; thread; thread = thread->next)
         if (!thread->finished && thread->wait.deadline < deadline) deadline = thread->wait.deadline;
-    link_run(deadline);
+    unsigned threads;
+    bool stuck = is_stuck(&threads);
+    link_run(deadline, stuck, threads);
     runs++;
     signals_pass_on();
 }

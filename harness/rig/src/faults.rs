@@ -73,18 +73,24 @@ impl Faults {
         any
     }
 
-    /// Records changed error states of bus nodes; returns whether a node went bus-off.
+    /// Records changed error states of bus nodes, and tells those under test; returns whether a node went bus-off.
     pub fn record_confinement(
         &self,
         now: Timestamp,
         rig: &mut Rig,
         sink: &mut dyn RecordSink,
+        mut reached: impl FnMut(usize),
     ) -> bool {
         let mut has_left = false;
-        for line in &mut rig.lines {
+        let Rig { lines, nodes, .. } = rig;
+        for line in lines {
             while let Some((fault, change)) = line.state_change() {
                 has_left |= change.state == ErrorState::Off;
                 self.ledger.confinement(now, sink, fault, (line.name(change.node), &change));
+                if let Some(end) = line.ends().get(change.node.place()) {
+                    nodes[end.node].confined(now, end.port, &change);
+                    reached(end.node);
+                }
             }
         }
         has_left

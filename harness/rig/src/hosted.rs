@@ -170,6 +170,15 @@ pub trait NodeDevice: Device + Send {
         None
     }
 
+    /// A CAN controller of it has changed its error state: a SocketCAN error frame at this port.
+    fn error_frame(&mut self, _now: Timestamp, _port: PortId, _id: u32, _data: [u8; 8]) {}
+
+    /// Asks it to end, at the end of the run. Returns what it did if it did not end in order, to stand behind its name:
+    /// `ended with status 7 when it was asked to end`.
+    fn stop(&mut self) -> Option<String> {
+        None
+    }
+
     /// Whether it did not end by itself, but was killed because the run is to be aborted.
     fn is_given_up(&self) -> bool {
         false

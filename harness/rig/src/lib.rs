@@ -34,6 +34,7 @@ mod deliver;
 pub mod director;
 pub mod ended;
 pub mod engine;
+mod error_frame;
 pub mod faults;
 mod host;
 pub mod hosted;

@@ -1,11 +1,13 @@
 //! A node of a rig.
 
+use super::error_frame;
 use super::host::{Guest, OnHost};
 use super::own::Own;
 use super::replayed::Replaying;
 use super::robot::Robot;
 use super::tester::Tester;
 use crate::hosted::{Hosted, HostedController as _};
+use crate::link::StateChange;
 use controller::mission::Mission;
 use controller::{Input, Output, Port};
 use described::Description;
@@ -89,6 +91,15 @@ impl Node {
             Part::Tester(tester) => tester.receive(now, what),
             // They read the line together with all other traffic.
             Part::Replayed(_) | Part::Plan | Part::Away => {}
+        }
+    }
+
+    /// Tells a device under test that its end of a bus has changed its error state.
+    pub(super) fn confined(&mut self, now: Timestamp, port: PortId, change: &StateChange) {
+        if let Part::Own(own) = &mut self.part {
+            let (id, data) = error_frame::of(change);
+            let now = own.told(now);
+            own.guest.error_frame(now, port, id, data);
         }
     }
 

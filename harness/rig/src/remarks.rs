@@ -73,6 +73,15 @@ impl Rig {
 }
 
 impl Rig {
+    /// Asks the programs under test to end. One line for each that does not end in order.
+    pub fn stop(&mut self) -> Vec<String> {
+        let told = self.nodes.iter_mut().filter_map(|node| match &mut node.part {
+            Part::Own(own) => own.guest.stop().map(|how| format!("`{}` {how}", node.name)),
+            _ => None,
+        });
+        told.collect()
+    }
+
     /// A sentence about each identifier that an end sent and that is another node's, and one about those of nobody.
     fn unexpected(&self) -> impl Iterator<Item = String> + '_ {
         self.ears.iter().filter(|ear| ear.judged && !ear.unexpected.is_empty()).flat_map(|ear| {

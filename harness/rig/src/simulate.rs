@@ -150,7 +150,7 @@ impl Simulation {
         let ending = self.run_to_end(sink, keep, pulse);
         self.last_words(sink, keep);
         let Self { faults, rig, director, now, .. } = self;
-        let notes = rig.remarks();
+        let notes = [rig.remarks(), rig.stop()].concat();
         for note in &notes {
             let kind = RecordKind::Note(note.clone());
             sink.record(Record { at: *now, device: Device::Plan, kind });
@@ -311,8 +311,8 @@ impl Simulation {
 
     /// Records nodes that have gone bus-off or recovered through faults.
     fn note_confinement(&mut self, sink: &mut dyn RecordSink) {
-        let Self { faults: Some(faults), now, rig, watch, .. } = self else { return };
-        if faults.record_confinement(*now, rig, sink) {
+        let Self { faults: Some(faults), now, rig, watch, touched, .. } = self else { return };
+        if faults.record_confinement(*now, rig, sink, |node| touched.node(node)) {
             see(watch, *now, &Seen::BusOff);
         }
     }

@@ -72,6 +72,23 @@ fn processes_in(folder: &Path) -> Vec<String> {
     numbers.collect()
 }
 
+#[test]
+fn a_program_that_does_not_end_in_order_is_noted() {
+    for (handler, noted) in [
+        ("sys.exit(7)", "`beat` ended with status 7 when it was asked to end"),
+        ("os.abort()", "`beat` was killed by signal 6 (SIGABRT) when it was asked to end"),
+        ("None", "`beat` did not end within 3 s of SIGTERM and was killed"),
+        ("sys.exit(0)", ""),
+    ] {
+        let hil =
+            project(&format!("import signal; signal.signal(signal.SIGTERM, lambda *_: {handler})"));
+        hil.run(&["run", "beats.toml", "--out", "run"]).exits(0);
+        let summary = fs::read_to_string(hil.path("run/summary.json")).unwrap();
+        assert!(summary.contains(noted), "{summary}");
+        assert_eq!(summary.contains("asked to end"), noted.contains("asked to end"), "{summary}");
+    }
+}
+
 /// Nobody waits until the limit of a program that computes without end.
 #[test]
 fn ctrl_c_ends_a_run_whose_program_hangs() {
@@ -98,6 +115,11 @@ fn each_end_of_a_program_is_named_and_none_of_its_processes_is_left() {
             "while True: pass",
             1,
             "which is under test, hung: it ran for 10 s of real time without waiting",
+        ),
+        (
+            "import threading; lock = threading.Lock(); lock.acquire(); lock.acquire()",
+            1,
+            "which is under test, hung: its only thread waits for itself since 0.1 s",
         ),
         ("while True: os.fork()", 1, "the program started more than 8 processes"),
         ("if os.fork() == 0: time.sleep(1e6)", 1, "the program started more than 8 processes"),

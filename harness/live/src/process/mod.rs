@@ -26,6 +26,7 @@ use rustix::process::Signal;
 use std::fmt;
 use std::fs::File;
 use std::io;
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 use std::process::Stdio;
@@ -43,6 +44,7 @@ pub const TERMINATE_WAIT: Duration = Duration::from_secs(3);
 pub const KILL_WAIT: Duration = Duration::from_secs(5);
 /// Time limit for its output to arrive after its end.
 const REST_WAIT: Duration = Duration::from_millis(500);
+const SIGTERM: i32 = 15;
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum ProcessEvent {
@@ -71,6 +73,18 @@ impl Exit {
         text.replacen("exit status: ", "status ", 1).replacen("signal: ", "signal ", 1)
     }
 
+    /// What is to be noted, behind its name, of an end after SIGTERM. Status 0 and the signal itself are in order; shells
+    /// and virtual machines pass the signal on as status 143.
+    pub fn when_asked(self) -> Option<String> {
+        let Self::Status(status) = self else { return None };
+        let did = match (status.code(), status.signal()) {
+            (Some(0 | 143), _) | (_, Some(SIGTERM)) => return None,
+            (Some(code), _) => format!("ended with status {code}"),
+            (None, _) => format!("was killed by {}", self.brief().replace(" (core dumped)", "")),
+        };
+        Some(format!("{did} when it was asked to end"))
+    }
+
     /// What it did, behind its name.
     pub fn in_words(self) -> String {
         match self {
@@ -82,6 +96,21 @@ impl Exit {
             }
         }
     }
+}
+
+impl ProcessEnd {
+    /// What is to be noted, behind its name, of how it ended when it was asked to.
+    pub fn noted(self) -> Option<String> {
+        match self.by {
+            EndedBy::Terminated => self.exit.when_asked(),
+            EndedBy::Killed => Some(killed_after(TERMINATE_WAIT)),
+            EndedBy::Itself | EndedBy::StdinClosed => None,
+        }
+    }
+}
+
+pub fn killed_after(limit: Duration) -> String {
+    format!("did not end within {} s of SIGTERM and was killed", limit.as_secs_f64())
 }
 
 impl fmt::Display for Exit {

@@ -3,7 +3,7 @@
 use super::uarts::Uarts;
 use crate::command::{can_start, fill};
 use crate::lines::{self, Place, Places};
-use crate::process::Exit;
+use crate::process::{Exit, killed_after};
 use described::Medium;
 use lockstep::{BinaryError, Ended, Lockstep, Output, Program, StartError};
 use plan::Rig;
@@ -126,9 +126,13 @@ fn telling(words: &str) -> Option<&str> {
 
 /// What a program did to end, behind its name, with its last line of output.
 pub(super) fn in_words_of(ended: &Ended, running: &Lockstep) -> String {
+    with_last_words(end_in_words(ended), running)
+}
+
+fn with_last_words(how: String, running: &Lockstep) -> String {
     let words = running.last_words();
     let said = telling(&words).map(|line| format!("; its last words: {line}"));
-    format!("{}{}", end_in_words(ended), said.unwrap_or_default())
+    format!("{how}{}", said.unwrap_or_default())
 }
 
 fn end_in_words(ended: &Ended) -> String {
@@ -139,6 +143,7 @@ fn end_in_words(ended: &Ended) -> String {
              does not reach (docs/virtual-time.md)",
             limit.as_secs_f64()
         ),
+        Ended::Deadlocked { .. } => format!("hung: {ended}"),
         other => format!("was stopped: {other}"),
     }
 }
@@ -224,6 +229,24 @@ impl NodeDevice for InStep {
         self.uarts.wrong(self.now, &self.name, &self.running)
     }
 
+    fn error_frame(&mut self, now: Timestamp, port: PortId, id: u32, data: [u8; 8]) {
+        self.now = now;
+        self.running.error_frame(now, port, id, data);
+    }
+
+    fn stop(&mut self) -> Option<String> {
+        if self.running.ended().is_some() {
+            return None;
+        }
+        let in_time = self.running.stop(self.now, STOPPING);
+        let how = match self.running.ended()? {
+            Ended::Stopped(status) if in_time => Exit::Status(*status).when_asked()?,
+            Ended::Stopped(_) => killed_after(Duration::from_nanos(STOPPING.as_nanos() as u64)),
+            other => format!("was asked to end and {}", end_in_words(other)),
+        };
+        Some(with_last_words(how, &self.running))
+    }
+
     fn is_given_up(&self) -> bool {
         self.running.ended() == Some(&Ended::GivenUp)
     }
@@ -239,12 +262,31 @@ impl Drop for InStep {
 #[cfg(test)]
 mod tests {
     use super::{Ended, end_in_words, telling};
+    use crate::process::Exit;
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::process::ExitStatus;
     use std::time::Duration;
+    use wire::time::{Span, Timestamp};
+
+    #[test]
+    fn an_end_in_order_is_no_note() {
+        let noted = |raw| Exit::Status(ExitStatus::from_raw(raw)).when_asked();
+        for in_order in [0, 143 << 8, 15] {
+            assert_eq!(noted(in_order), None);
+        }
+        let crashed = "was killed by signal 6 (SIGABRT) when it was asked to end";
+        assert_eq!(noted(6 | 0x80).as_deref(), Some(crashed));
+        assert_eq!(noted(7 << 8).as_deref(), Some("ended with status 7 when it was asked to end"));
+    }
 
     #[test]
     fn what_a_program_did_stands_behind_its_name() {
         let hung = end_in_words(&Ended::NeverWaited { limit: Duration::from_secs(30) });
         assert!(hung.starts_with("hung: it ran for 30 s of real time without waiting"), "{hung}");
+        let since = Timestamp::ZERO + Span::from_millis(1_980);
+        let stuck = end_in_words(&Ended::Deadlocked { threads: 2, since });
+        let named = "hung: all 2 threads of it wait for each other since 1.98 s";
+        assert!(stuck.starts_with(named), "{stuck}");
         let others = end_in_words(&Ended::TooManyProcesses { limit: 8 });
         assert_eq!(others, "was stopped: the program started more than 8 processes");
     }

@@ -86,9 +86,13 @@ impl Programs {
         self.0.iter().filter_map(|(_, process, _)| process.id())
     }
 
-    pub(super) async fn end(self) {
-        for (_, process, _) in self.0 {
-            _ = process.end(|_| {}).await;
+    /// Asks them to end. One line for each that does not end in order.
+    pub(super) async fn end(self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (node, process, _) in self.0 {
+            let how = process.end(|_| {}).await.noted();
+            notes.extend(how.map(|how| format!("`{node}` {how}")));
         }
+        notes
     }
 }

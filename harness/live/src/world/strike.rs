@@ -46,7 +46,7 @@ impl LiveWorld {
     /// Records changed error states of the bus nodes.
     pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: &mut dyn RecordSink) {
         let Some(faults) = &self.faults else { return };
-        if faults.record_confinement(now, &mut self.rig, sink) {
+        if faults.record_confinement(now, &mut self.rig, sink, |_| {}) {
             self.see(now, &Seen::BusOff);
         }
     }

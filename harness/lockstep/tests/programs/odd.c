@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <pthread.h>
+#include <semaphore.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -47,6 +48,53 @@ static void *alone(void *name) {
     tell("alone\n");
     execl(name, name, "stdin", NULL);
     return NULL;
+}
+
+static pthread_mutex_t one = PTHREAD_MUTEX_INITIALIZER, two = PTHREAD_MUTEX_INITIALIZER;
+static sem_t given;
+
+static void *takes_two_first(void *nothing) {
+    pthread_mutex_lock(&two);
+    usleep(1000);
+    pthread_mutex_lock(&one);
+    return nothing;
+}
+
+static void gives(int signal) {
+    (void)signal;
+    sem_post(&given);
+}
+
+// Ways to wait for something that only the program itself can give.
+static void stick(const char *how) {
+    pthread_t thread;
+    if (!strcmp(how, "stuck on a mutex")) {
+        pthread_mutex_lock(&one);
+        pthread_mutex_lock(&one);
+    }
+    if (!strcmp(how, "stuck on two")) {
+        pthread_create(&thread, NULL, takes_two_first, NULL);
+        pthread_mutex_lock(&one);
+        usleep(1000);
+        pthread_mutex_lock(&two);
+    }
+    if (!strcmp(how, "stuck on what has ended")) {
+        pthread_create(&thread, NULL, takes_two_first, NULL);
+        pthread_detach(thread);
+        usleep(1);
+        pthread_mutex_lock(&two);
+    }
+    if (!strcmp(how, "stuck in a child")) {
+        if (fork() == 0) stick("stuck on two");
+        wait(NULL);
+    }
+    if (!strcmp(how, "stuck but for SIGTERM")) signal(SIGTERM, gives);
+    if (!strcmp(how, "stuck until a timer")) signal(SIGALRM, gives), alarm(2);
+    if (!strcmp(how, "stuck beside a pipe") && fork() == 0) pause();
+    if (strstr(how, "stuck ")) {
+        sem_wait(&given);
+        tell("given\n");
+    }
 }
 
 int main(int count, char **words) {
@@ -169,6 +217,7 @@ int main(int count, char **words) {
         return 0;
     }
     sleep(1);
+    if (!strncmp(how, "stuck ", 6)) stick(how);
     tell("a second\n");
     pause();
 }
