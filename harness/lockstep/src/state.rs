@@ -75,7 +75,7 @@ impl fmt::Display for Ended {
                     1 => f.write_str("its only thread waits for itself")?,
                     _ => write!(f, "all {threads} threads of it wait for each other")?,
                 }
-                write!(f, " since {since_s} s, and nothing else can let them go on")
+                write!(f, " since {since_s} s, and nothing else can wake it")
             }
             Self::NeverJoined { pid, executable } => write!(
                 f,
