@@ -22,11 +22,6 @@ pub struct UnknownTarget {
 }
 
 impl Targets {
-    /// All targets, but for what the nodes `under_test` say.
-    pub fn beside(under_test: Vec<String>) -> Self {
-        Self { under_test, ..Self::default() }
-    }
-
     /// The targets with these names on a bench with these lines; without names, all but what the nodes `under_test` say.
     ///
     /// # Errors
@@ -38,7 +33,7 @@ impl Targets {
         under_test: Vec<String>,
     ) -> Result<Self, UnknownTarget> {
         let asked = names.iter().map(|name| known(name, lines)).collect::<Result<_, _>>()?;
-        Ok(Self { asked, ..Self::beside(under_test) })
+        Ok(Self { asked, under_test })
     }
 
     /// Those that a kind of fault strikes on a bench with these lines.

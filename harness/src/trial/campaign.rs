@@ -5,7 +5,6 @@ use super::folder::Folder;
 use super::{Trial, TrialError};
 use crate::campaign::{
     self, Case, CaseResult, Executor as _, Found, Guided, Journal, Regression, Settings, Space,
-    Targets,
 };
 use crate::executors::Simulated;
 use crate::faults::FaultKind;
@@ -109,9 +108,7 @@ impl TrialCampaign {
             return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
         }
         let lines = prepared.rig.struck();
-        let under_test = prepared.rig.under_test().map(|(node, _)| node.name.clone());
-        let targets = Targets::beside(under_test.collect());
-        let space = Space::among(plan, lines, horizon, FAULTS_MAX, &self.faults, &targets);
+        let space = Space::new(plan, lines, horizon, FAULTS_MAX, &self.faults);
         if space.kinds().is_empty() {
             return Err(TrialError::NothingToStrike { plan: name() });
         }
