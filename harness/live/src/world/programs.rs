@@ -39,6 +39,11 @@ impl Programs {
         wiring: &Wiring,
         log: &Path,
     ) -> Result<Self, StartError> {
+        let ports: Vec<String> =
+            wiring.words.iter().map(|(line, port)| format!("{line} at {port}")).collect();
+        for Program { node, .. } in programs.iter().filter(|one| one.words.is_empty()) {
+            tracing::warn!("`{node}` is expected at its ports: {}", ports.join(", "));
+        }
         let mut running = Vec::new();
         for Program { node, words } in programs.iter().filter(|one| !one.words.is_empty()) {
             let log = match is_alone {
