@@ -1,7 +1,5 @@
 //! A node on two lines that says the same message on each.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use harness::{Trial, TrialError};
 use tempfile::TempDir;
 use tests::project;
