@@ -39,11 +39,10 @@ pub fn judge(declared: &Declared, observations: &Observations) -> Measurement {
     let bounds = facts.figure_band;
     let judged = match selection.complete() {
         // One value outside the band fails the check, however few there are.
-        Err(Refusal::Unset(why)) if facts.needs_every_value => {
-            check.figure(&selection).and_then(|found| {
-                if found.verdict == Verdict::Fail { Ok(found) } else { Err(Refusal::Unset(why)) }
-            })
-        }
+        Err(Refusal::Unset(why)) if facts.needs_every_value => match check.figure(&selection) {
+            Ok(found) if found.verdict == Verdict::Fail => Ok(found),
+            _ => Err(Refusal::Unset(why)),
+        },
         complete => complete.and_then(|()| check.figure(&selection)),
     };
     let (value, uncertainty, verdict, statistic) = match judged {
