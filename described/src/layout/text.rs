@@ -1,9 +1,9 @@
 //! Lines of text: one pattern writes and reads them.
 //!
-//! A pattern is text with fields in braces: `T={Temperature:.2} H={HeaterOn:.0}\r\n`. The colon is followed by
-//! optional parts: `+` (always a sign), `0` (padding with zeros instead of blanks), the width, the number of decimals
-//! after a point, and `E` for an exponent. `{{` and `}}` are literal braces. `{checksum}` are the hexadecimal digits of a checksum, as in
-//! NMEA 0183: `$HEHDT,{Heading:.1},T*{checksum}\r\n`.
+//! A pattern is text with fields in braces: `T={Temperature:.2} H={HeaterOn:.0}\r\n`. The colon is followed by optional
+//! parts: `+` (always a sign), `0` (padding with zeros instead of blanks), the width, the number of decimals after a
+//! point, and `E` for an exponent. `{{` and `}}` are literal braces. `{checksum}` are the hexadecimal digits of a
+//! checksum, as in NMEA 0183: `$HEHDT,{Heading:.1},T*{checksum}\r\n`.
 
 use super::printed::{Format, Match, number_length};
 use crate::protection::Checksum;

@@ -324,7 +324,7 @@ fn a_device_in_a_log_is_off_for_as_long_as_it_was() {
     assert!(ran.out.contains("the bench ran 4.0 s"), "{}", ran.out);
 }
 
-/// A plan goes on for as long as the log is silent elsewhere; that it judged nothing meanwhile is told.
+/// A plan goes on for as long as the log is silent elsewhere; a note says that it judged nothing meanwhile.
 #[test]
 fn a_silent_end_is_told() {
     let hil = recorded();
