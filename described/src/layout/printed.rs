@@ -123,11 +123,10 @@ impl Format {
             (false, true) => "+",
             (false, false) => "",
         };
-        let (width, behind_sign) = (self.width, self.width.saturating_sub(sign.len()));
-        if self.zeros {
-            write!(to, "{sign}{digits:0>behind_sign$}").ok()
-        } else {
-            write!(to, "{:>width$}", format_args!("{sign}{digits}").to_string()).ok()
+        let before = self.width.saturating_sub(sign.len() + digits.len());
+        match self.zeros {
+            true => write!(to, "{sign}{:0>before$}{digits}", "").ok(),
+            false => write!(to, "{:before$}{sign}{digits}", "").ok(),
         }
     }
 }
