@@ -6,6 +6,7 @@ use super::message::{Carrier, Found, Message};
 use super::{Decoded, Layout, Sender};
 use crate::protection::{Received, Verdict};
 use crate::transport::{Heard, Reassembly};
+use std::collections::BTreeMap;
 use wire::can::{CanFrame, Id};
 use wire::j1939::{self, Identifier};
 use wire::packet::BYTES_MAX;
@@ -33,6 +34,8 @@ pub struct Decoder {
     /// The last of these requests, until it is answered.
     asked: Option<usize>,
     damaged: u64,
+    /// How many frames of each message had too few bytes.
+    short: BTreeMap<usize, u64>,
     checksum_failures: u64,
 }
 
@@ -47,6 +50,7 @@ impl Decoder {
             requests: requests(&layout, sender),
             asked: None,
             damaged: 0,
+            short: BTreeMap::new(),
             checksum_failures: 0,
             layout,
             sender,
@@ -94,6 +98,7 @@ impl Decoder {
         }
         if frame.data().len() < length {
             self.damaged += 1;
+            *self.short.entry(index).or_default() += 1;
             return None;
         }
         self.layout.frames[index].read(message, frame.data(), &mut self.values);
@@ -179,6 +184,11 @@ impl Decoder {
     /// Bytes of a serial line outside of messages, and CAN frames that are too short for their message.
     pub const fn damaged(&self) -> u64 {
         self.damaged
+    }
+
+    /// How many of the [damaged](Self::damaged) are CAN frames of a message with fewer bytes than it has.
+    pub fn short(&self) -> impl Iterator<Item = (&Message, u64)> {
+        self.short.iter().map(|(message, count)| (&self.layout.messages[*message], *count))
     }
 
     /// Number of messages on a serial line with a wrong checksum.

@@ -265,7 +265,9 @@ proptest! {
         let frame = CanFrame::new(StandardId::ZERO, &data).unwrap();
         let mut decoder = layout.decoder();
         let whole = decoder.frame(&frame).is_some();
-        prop_assert_eq!((whole, decoder.damaged()), (data.len() == 8, u64::from(data.len() < 8)));
+        let short = u64::from(data.len() < 8);
+        prop_assert_eq!((whole, decoder.damaged()), (data.len() == 8, short));
+        prop_assert_eq!(decoder.short().map(|(_, count)| count).sum::<u64>(), short);
     }
 
     /// After any garbage, a good packet is found once at most one more packet's bytes have arrived; unless the garbage

@@ -100,8 +100,8 @@ impl Moment {
     }
 
     fn hear(&mut self, record: &Record) {
-        let Self { ears, messages, heard: completed, .. } = self;
-        ears.take(record, &mut |heard: &Heard<'_>| {
+        let Self { header, ears, messages, heard: completed, .. } = self;
+        ears.take(record, header, &mut |heard: &Heard<'_>| {
             let signals = heard.values.len();
             let name = (heard.who.to_owned(), heard.index);
             completed.push(name.clone());

@@ -163,13 +163,20 @@ impl Rig {
             let words = nodes.iter().filter_map(|node| words_of(speakers, node, place));
             let decoders: Vec<_> =
                 words.map(|(layout, sender)| layout.decoder_for(sender)).collect();
-            let mut unknown = Identifiers::default();
+            let (mut unknown, mut fd) = (Identifiers::default(), 0_u64);
             for one in log.iter().filter(|one| &*one.channel == channel) {
-                if let Transmit::Frame(frame) = &one.what
-                    && decoders.iter().all(|one| !one.takes(frame.id()))
-                {
+                let Transmit::Frame(frame) = &one.what else { continue };
+                fd += u64::from(frame.fd_flags().is_some());
+                if decoders.iter().all(|one| !one.takes(frame.id())) {
                     unknown.count(frame.id());
                 }
+            }
+            if fd > 0 && line.data_bit_rate.is_none() {
+                let frames = if fd == 1 { "frame" } else { "frames" };
+                notes.push(format!(
+                    "{} is a classic bus by the rig, and has {fd} CAN FD {frames} in the log",
+                    line.name
+                ));
             }
             if !unknown.is_empty() {
                 let line = &line.name;

@@ -13,10 +13,19 @@ impl Rig {
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         // Every message of a device with known messages should be one of them.
-        let judged = self.ears.iter().filter(|ear| ear.judged);
-        let damaged: u64 = judged.map(|ear| ear.decoder.damaged()).sum();
-        if damaged > 0 {
-            remarks.push(format!("bytes or frames outside of any message: {damaged}"));
+        let judged = || self.ears.iter().filter(|ear| ear.judged);
+        let short = judged().flat_map(|ear| ear.decoder.short()).map(|(_, count)| count);
+        let damaged: u64 = judged().map(|ear| ear.decoder.damaged()).sum();
+        let outside = damaged - short.sum::<u64>();
+        if outside > 0 {
+            remarks.push(format!("bytes or frames outside of any message: {outside}"));
+        }
+        for ear in judged() {
+            let node = self.lines[ear.line].name(ear.end);
+            remarks.extend(ear.decoder.short().map(|(message, count)| {
+                let frames = figures::counted(count, "frame", "frames");
+                format!("{node} sent {frames} of {} with too few bytes", message.name)
+            }));
         }
         remarks.extend(self.unexpected());
         for ear in &self.ears {

@@ -12,6 +12,8 @@ const fn column(name: &'static str, kind: Kind, unit: &'static str, doc: &'stati
 
 const TIME: Column = column("time_s", Float, "s", "bench time since the run began");
 const DEVICE: Column = column("device", Text, "", "whose it is");
+const LINE: Column =
+    column("line", Text, "", "the line that it was sent on; missing for lines of the robot");
 
 static STATES: [Column; 20] = [
     TIME,
@@ -98,7 +100,7 @@ static MEASUREMENTS: [Column; 11] = [
     column("statistic", Text, "", "what the figure is"),
 ];
 
-static FRAMES: [Column; 8] = [
+static FRAMES: [Column; 9] = [
     TIME,
     column("device", Text, "", "who put it on the bus"),
     column("id", Integer, "", "identifier"),
@@ -107,22 +109,25 @@ static FRAMES: [Column; 8] = [
     column("fd", Bool, "", "a CAN FD frame"),
     column("dlc", Integer, "", "data length code: data bytes of a classic data frame"),
     column("data_hex", Text, "", "data bytes, two hexadecimal digits each"),
+    LINE,
 ];
 
-static PACKETS: [Column; 4] = [
+static PACKETS: [Column; 5] = [
     TIME,
     column("device", Text, "", "who put it on its line"),
     column("bytes", Integer, "", "how many bytes came together"),
     column("data_hex", Text, "", "the bytes, two hexadecimal digits each"),
+    LINE,
 ];
 
-static SIGNALS: [Column; 6] = [
+static SIGNALS: [Column; 7] = [
     TIME,
     column("device", Text, "", "who sent the message"),
     column("message", Text, "", "name of the message in its layout"),
     column("signal", Text, "", "name of the signal"),
     column("value", Float, "", "its value, in the unit of the row"),
     column("unit", Text, "", "unit of the value"),
+    LINE,
 ];
 
 /// Name of a table, name of its schema, what it holds, and its columns.

@@ -1,20 +1,24 @@
 //! Decodes the traffic of a run's lines into messages and signals.
 //!
-//! The codecs of the controller decode the base's six messages, on CAN and on its serial line; its layout decodes those
-//! of the user's own device. Packets of gyros and tables are not decoded: their contents are in the states and the
-//! observations.
+//! The codecs of the controller decode the base's six messages, on CAN and on its serial line; layouts decode those of all
+//! other nodes. Packets of gyros and tables are not decoded: their contents are in the states and the observations.
 
 use super::base::{self, Overheard};
 use super::forms::{MessageForm, forms};
-use described::{Description, Sender};
+use described::{Layout, Sender};
 use plan::Rig;
+use record::header::Header;
 use record::{Device, Ear, Record};
-use std::sync::Arc;
+
+/// The line of the robot's base.
+const BASE_LINE: &str = "base";
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heard<'a> {
     pub device: Device,
     pub who: &'a str,
+    /// The line that it was sent on, if it has a name.
+    pub line: Option<&'a str>,
     /// Index in [`Ears::forms`].
     pub index: usize,
     pub form: &'a MessageForm,
@@ -23,85 +27,74 @@ pub struct Heard<'a> {
 }
 
 /// Decodes the traffic of a run's lines.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Ears {
     forms: Vec<MessageForm>,
-    hearing: Hearing,
+    /// Of the robot's base and its controller; their messages are the first among the forms.
+    base: Option<Box<Overheard>>,
+    voices: Vec<Voice>,
 }
 
 /// An end of a line that sends messages.
 #[derive(Debug)]
 struct Voice {
     ear: Ear,
-    name: String,
     /// Index of its first message among the forms.
     first: usize,
 }
 
-#[derive(Debug)]
-enum Hearing {
-    None,
-    Base(Box<Overheard>),
-    Rig(Vec<Voice>),
-}
-
 impl Ears {
-    pub const fn deaf() -> Self {
-        Self { forms: Vec::new(), hearing: Hearing::None }
+    pub fn deaf() -> Self {
+        Self::default()
     }
 
+    /// Of the robot's base and its controller alone.
     pub fn of_base() -> Self {
-        Self { forms: base::forms(), hearing: Hearing::Base(Box::default()) }
+        Self { forms: base::forms(), base: Some(Box::default()), voices: Vec::new() }
     }
 
-    /// Of the user's own device: what it sends, and what the plan sends to it.
-    pub fn of_device(description: &Arc<Description>) -> Self {
-        let layout = description.layout();
-        let voice = |who: Device, other: Device, sender| {
-            let ear = Ear::new(who, vec![other], layout.decoder_for(sender));
-            Voice { ear, name: who.name().to_owned(), first: 0 }
-        };
-        let device = voice(Device::Device, Device::Plan, Sender::Device);
-        let host = voice(Device::Plan, Device::Device, Sender::Host);
-        Self { forms: forms(layout), hearing: Hearing::Rig(vec![device, host]) }
-    }
-
+    /// Of all that speak on the lines of a rig, what the plan sends to its only device included.
     pub fn of_rig(rig: &Rig) -> Self {
-        let mut all = Vec::new();
-        let mut voices = Vec::new();
+        let mut ears = if rig.robot.is_some() { Self::of_base() } else { Self::default() };
         for speaker in &rig.speakers {
             let Some(ear) = Ear::of(rig, speaker) else { continue };
-            voices.push(Voice { ear, name: speaker.node.clone(), first: all.len() });
-            all.extend(forms(&speaker.layout));
+            ears.add(ear, &speaker.layout);
         }
-        Self { forms: all, hearing: Hearing::Rig(voices) }
+        if let Some(description) = rig.device() {
+            let layout = description.layout();
+            let decoder = layout.decoder_for(Sender::Host);
+            ears.add(Ear::new(Device::Plan, vec![Device::Device], decoder), layout);
+        }
+        ears
+    }
+
+    fn add(&mut self, ear: Ear, layout: &Layout) {
+        self.voices.push(Voice { ear, first: self.forms.len() });
+        self.forms.extend(forms(layout));
     }
 
     pub fn forms(&self) -> &[MessageForm] {
         &self.forms
     }
 
-    /// Passes on each message that a record completes.
-    pub fn take(&mut self, record: &Record, each: &mut dyn FnMut(&Heard<'_>)) {
-        let forms = &self.forms;
+    /// Passes on each message that a record completes; `header` is that of the records.
+    pub fn take(&mut self, record: &Record, header: &Header, each: &mut dyn FnMut(&Heard<'_>)) {
+        let Self { forms, base, voices } = self;
         let device = record.device;
-        let mut told = |who: &str, index: usize, values: Vec<Option<f64>>| {
+        let (who, line) = (header.name_of(device), header.line_of(device));
+        let mut told = |index: usize, values: Vec<Option<f64>>| {
             if let Some(form) = forms.get(index) {
-                each(&Heard { device, who, index, form, values });
+                each(&Heard { device, who, line, index, form, values });
             }
         };
-        match &mut self.hearing {
-            Hearing::None => {}
-            Hearing::Base(base) => {
-                base.take(record, &mut |index, values| told(device.name(), index, values));
-            }
-            Hearing::Rig(voices) => {
-                for Voice { ear, name, first } in voices {
-                    ear.hear(record, &mut |decoded| {
-                        told(name, *first + decoded.message, decoded.values.to_vec());
-                    });
-                }
-            }
+        // Other nodes on other lines may have its identifiers.
+        if let Some(base) = base.as_mut().filter(|_| line.is_none_or(|line| line == BASE_LINE)) {
+            base.take(record, &mut told);
+        }
+        for Voice { ear, first } in voices {
+            ear.hear(record, &mut |decoded| {
+                told(*first + decoded.message, decoded.values.to_vec());
+            });
         }
     }
 }

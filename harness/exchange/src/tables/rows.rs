@@ -97,7 +97,9 @@ impl Rows {
     /// Errors of `sink`.
     pub fn take<S: RowSink>(&mut self, record: &Record, sink: &mut S) -> Result<(), S::Error> {
         let at = record.at;
-        let who = || self.survey.header.name_of(record.device);
+        let header = &self.survey.header;
+        let who = || header.name_of(record.device);
+        let line = header.line_of(record.device);
         match &record.kind {
             RecordKind::Report(Report::State(state)) => {
                 sink.row(at, Table::States, &of_state(at, state))?;
@@ -113,10 +115,10 @@ impl Rows {
                 sink.observe(&self.survey, at, observation, &row)?;
             }
             RecordKind::Frame(frame) => {
-                sink.row(at, Table::Frames, &of_frame(at, who(), frame))?;
+                sink.row(at, Table::Frames, &of_frame(at, who(), frame, line))?;
             }
             RecordKind::Bytes(bytes) => {
-                sink.row(at, Table::Packets, &of_bytes(at, who(), bytes))?;
+                sink.row(at, Table::Packets, &of_bytes(at, who(), bytes, line))?;
             }
             _ => {}
         }
@@ -125,7 +127,7 @@ impl Rows {
             sink.event(&event)?;
         }
         let mut done = Ok(());
-        self.ears.take(record, &mut |heard| {
+        self.ears.take(record, &self.survey.header, &mut |heard| {
             if done.is_ok() {
                 done = sink.hear(at, heard);
             }
@@ -200,7 +202,7 @@ fn of_health<'a>(at: Timestamp, health: &Health) -> Row<'a> {
     vec![time(at), Cell::text(name_of(&health.level)), Cell::text(causes)]
 }
 
-fn of_frame<'a>(at: Timestamp, who: &'a str, frame: &CanFrame) -> Row<'a> {
+fn of_frame<'a>(at: Timestamp, who: &'a str, frame: &CanFrame, line: Option<&'a str>) -> Row<'a> {
     let (id, extended) = match frame.id() {
         Id::Standard(id) => (i64::from(id.as_raw()), false),
         Id::Extended(id) => (i64::from(id.as_raw()), true),
@@ -214,15 +216,17 @@ fn of_frame<'a>(at: Timestamp, who: &'a str, frame: &CanFrame) -> Row<'a> {
         frame.fd_flags().is_some().into(),
         Cell::Integer(embedded_can::Frame::dlc(frame) as i64),
         Cell::text(HEXLOWER.encode(frame.data())),
+        line.map_or(Cell::Missing, Cell::text),
     ]
 }
 
-fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8]) -> Row<'a> {
+fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8], line: Option<&'a str>) -> Row<'a> {
     vec![
         time(at),
         Cell::text(who),
         Cell::count(bytes.len() as u64),
         Cell::text(HEXLOWER.encode(bytes)),
+        line.map_or(Cell::Missing, Cell::text),
     ]
 }
 
@@ -254,6 +258,7 @@ fn of_signals<'a>(at: Timestamp, heard: &'a Heard<'_>) -> impl Iterator<Item = R
                 Cell::text(&signal.name),
                 Cell::maybe(*value),
                 Cell::text(&signal.unit),
+                heard.line.map_or(Cell::Missing, Cell::text),
             ]
         },
     )

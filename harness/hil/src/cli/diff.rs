@@ -57,8 +57,14 @@ impl DiffArguments {
             true => "only one record is full: bytes, frames, truths and states were not compared\n",
             false => "",
         };
+        let records_of = (one.records()?, other.records()?);
+        let (pack, beside) = (&records_of.0.header().files, &records_of.1.header().files);
+        let files = match pack.differing(beside).as_slice() {
+            [] => String::new(),
+            files => format!("files that differ: {}\n", files.join(", ")),
+        };
         let damage = if damaged { "a record is damaged\n" } else { "" };
-        say(&format!("{table}\n{records}\n{part}{verdicts}\n{damage}"))?;
+        say(&format!("{table}\n{records}\n{part}{files}{verdicts}\n{damage}"))?;
         Ok(match differing {
             _ if damaged => Outcome::Error,
             0 => Outcome::Passed,

@@ -114,10 +114,5 @@ fn ears_of(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears,
 
 /// The given plan, or else that of the record, determines whose messages they are; `None` if neither is known.
 pub(super) fn ears(header: &Header, plan: Option<&str>) -> Result<Option<Ears>, Failure> {
-    let Some((_, rig)) = load_recorded(header, plan)? else { return Ok(None) };
-    Ok(Some(match rig.device() {
-        Some(description) => Ears::of_device(description),
-        None if rig.robot.is_some() => Ears::of_base(),
-        None => Ears::of_rig(&rig),
-    }))
+    Ok(load_recorded(header, plan)?.map(|(_, rig)| Ears::of_rig(&rig)))
 }

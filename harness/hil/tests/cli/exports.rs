@@ -90,3 +90,70 @@ fn messages_of_a_device_of_the_users_own_are_read_by_its_layout() {
         assert!(of(",plan,Command,Setpoint,60.0,") > 20, "{} lines", signals.lines().count());
     }
 }
+
+#[test]
+fn tables_tell_the_lines_of_a_node_apart() {
+    let hil = Hil::new();
+    fs::create_dir(hil.path("rigs")).unwrap();
+    let dbc = "VERSION \"\"\nNS_ :\nBS_:\nBU_: MOTOR\n\
+               BO_ 256 MotorStatus: 2 MOTOR\n SG_ Speed : 0|16@1+ (1,0) [0|10000] \"rpm\" Vector__XXX\n";
+    let line =
+        |name: &str| format!("[[line]]\nname = \"{name}\"\ncan = {{ dbc = \"../motor.dbc\" }}\n");
+    let rig = format!(
+        "{}{}[[node]]\nname = \"motor\"\nat = [\"front\", \"rear\"]\nreplay = {{ log = \"../motor.log\" }}\n",
+        line("front"),
+        line("rear")
+    );
+    let plan = "name = \"plan\"\ntitle = \"Two lines\"\nrig = \"motor\"\nsteps = [{ wait = { duration_s = 1 } }]\n\
+                [[measurement]]\nname = \"it\"\ndoc = \"Its speed\"\nquantity = \"motor.rear.Speed\"\nunit = \"rpm\"\n\
+                check = { all_within = [0, 9000] }\n";
+    let log = "(0.0) front 100#E803\n(0.1) rear 100#8813\n";
+    for (name, text) in
+        [("motor.dbc", dbc), ("motor.log", log), ("rigs/motor.toml", &*rig), ("plan.toml", plan)]
+    {
+        fs::write(hil.path(name), text).unwrap();
+    }
+    hil.run(&["run", "plan.toml", "--out", "run", "--record", "full"]).exits(0);
+    hil.run(&["export", "run", "--tables", "tables", "--format", "csv"]).exits(0);
+    for (table, front, rear) in [
+        (
+            "signals",
+            ",motor,MotorStatus,Speed,1000.0,rpm,front",
+            ",motor,MotorStatus,Speed,5000.0,rpm,rear",
+        ),
+        (
+            "frames",
+            ",motor,256,false,false,false,2,e803,front",
+            ",motor,256,false,false,false,2,8813,rear",
+        ),
+    ] {
+        let text = fs::read_to_string(hil.path(&format!("tables/{table}.csv"))).unwrap();
+        assert!(text.contains(front) && text.contains(rear), "{text}");
+    }
+}
+
+#[test]
+fn nodes_beside_the_robot_are_decoded_as_well() {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    let rig = "devices = \"paper\"\n[[line]]\nname = \"can1\"\ncan = {}\n\
+               [[node]]\nname = \"oven\"\nat = \"can1\"\nemulate = \"oven\"\n";
+    let plan = "name = \"both\"\ntitle = \"Both\"\nrig = \"both\"\nsteps = [{ bias_test = { duration_s = 5 } }]\n\
+                [[measurement]]\nname = \"warm\"\ndoc = \"Temperature\"\nquantity = \"oven.Temperature\"\n\
+                unit = \"degC\"\ncheck = { all_within = [0, 90] }\n";
+    fs::create_dir(hil.path("oven/rigs")).unwrap();
+    fs::write(hil.path("oven/rigs/both.toml"), rig).unwrap();
+    fs::write(hil.path("oven/both.toml"), plan).unwrap();
+    let within = |arguments: &[&str]| {
+        Ran::of(hil.command(arguments).current_dir(hil.path("oven")).output().unwrap())
+    };
+    within(&["run", "both.toml", "--out", "run", "--record", "full"]).exits(0);
+    within(&["export", "run", "--tables", "t", "--format", "csv"]).exits(0);
+    let signals = fs::read_to_string(hil.path("oven/t/signals.csv")).unwrap();
+    for (of, line) in
+        [(",base,MOTION,DISPLACEMENT,", ",base\n"), (",oven,Status,Temperature,", ",can1\n")]
+    {
+        let found = signals.split_inclusive('\n').find(|row| row.contains(of));
+        assert!(found.is_some_and(|row| row.ends_with(line)), "{of}: {found:?}");
+    }
+}

@@ -71,6 +71,15 @@ fn two_runs_are_drawn_over_one_another() {
     for said in ["runs/turn-seed2: passed", "turn.stop_error", "First difference", "first, 1"] {
         assert!(page.contains(said), "{said}: {page}");
     }
+    assert!(!compared.out.contains("files that differ"), "{}", compared.out);
+    let wider = TURN.replace("all_within = [-5, 5]", "all_within = [-5, 6]");
+    assert_ne!(wider, TURN);
+    fs::write(hil.path("turn.toml"), wider).unwrap();
+    hil.run(&["run", "turn.toml", "--seed", "1", "--out", "wider"]).exits(0);
+    let compared = hil.run(&["diff", "runs/turn-seed1", "wider"]).exits(0).out;
+    for said in ["band ±5 deg", "band -5 to 6 deg", "files that differ: turn.toml"] {
+        assert!(compared.contains(said), "{said}: {compared}");
+    }
     let nowhere = hil.run(&[&runs[..], &["no/such/diff.html"]].concat()).exits(3);
     assert!(nowhere.err.contains("failed to write no/such/diff.html"), "{}", nowhere.err);
 }

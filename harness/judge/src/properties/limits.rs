@@ -1,14 +1,16 @@
 //! Limits for properties that do not state their own.
 
-use controller::config::{BaseConfig, Config};
+use controller::config::{BaseConfig, Config, Transport};
+use wire::base::Request;
+use wire::base::serial_link::{Host, SETTINGS};
 use wire::gyro::GyroStream;
 use wire::time::Span;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
 
 /// Time from the last input received until the brakes act. Assumption: the two exchanges of 60 ms for which the
 /// controller sends velocities to a base that it does not hear, and the emulated base's command time-out of 0.5 s, which
-/// stops it after the last one. The time that this one is on its way is left out: on a bus that delays it, no input shows
-/// by how much, and the base may stand later by that.
+/// stops it after the last one. That one takes its time on a serial line, which comes on top. What a bus delays it by is left
+/// out: no input shows by how much, and the base may stand later by that.
 pub const REACTION_MAX: Span = Span::from_millis(620);
 /// Longest silence of the gyro during which a base may move if the controller announces that the odometry bridges it:
 /// after that the base's own errors, not yet measured (1 % of 90 deg), may turn the heading by one degree.
@@ -42,7 +44,7 @@ pub struct Limits {
     /// See [`Always::FreshHeading`](plan::Always::FreshHeading): the controller's time-out plus, on the serial line,
     /// one exchange that the command waits for.
     pub heading_age_max: Span,
-    /// See [`REACTION_MAX`].
+    /// See [`REACTION_MAX`]; on a serial line, with the time of an order.
     pub reaction_max: Span,
     /// The prescribed ramp.
     pub braking_min: Acceleration,
@@ -71,13 +73,13 @@ impl Limits {
     pub fn of(config: &Config) -> Self {
         let motion = &config.motion;
         let exchange = config.base.map_or(Span::ZERO, |base| base.exchange_timeout);
-        let top = config.base.unwrap_or(BaseConfig::new(controller::config::Transport::Can));
+        let top = config.base.unwrap_or(BaseConfig::new(Transport::Can));
         Self {
             gyro: config.gyro.stream,
             gyro_timeout: config.gyro.timeout,
             base: config.base,
             heading_age_max: config.gyro.timeout.max(config.gyro.invalid_max) + exchange,
-            reaction_max: REACTION_MAX,
+            reaction_max: REACTION_MAX + order_time(top.transport),
             braking_min: motion.acceleration,
             steer_braking_min: motion.angular_acceleration,
             speed_max: top.speed_max,
@@ -89,5 +91,34 @@ impl Limits {
             position_band: POSITION_BAND,
             distance_band: DISTANCE_BAND,
         }
+    }
+}
+
+/// Time that a velocity takes on the line to the base: 20 characters of a serial line. Half a millisecond on CAN is left out.
+fn order_time(transport: Transport) -> Span {
+    let (drive, steer) = Default::default();
+    let order = match transport {
+        Transport::Serial => Host::default().start(&Request::SetVelocity { drive, steer }),
+        Transport::Can => None,
+    };
+    SETTINGS.time_for(order.map_or(0, |order| order.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BaseConfig, Config, Limits, Span, Transport};
+    use controller::config::{GyroConfig, MotionConfig};
+
+    #[test]
+    fn an_order_takes_its_time_on_a_serial_line() {
+        let reaction = |transport| {
+            let base = Some(BaseConfig::new(transport));
+            let config = Config::new(GyroConfig::default(), base, MotionConfig::default());
+            Limits::of(&config).reaction_max
+        };
+        assert_eq!(reaction(Transport::Can), Span::from_millis(620));
+        // 20 characters of 10 bits at 19200 baud.
+        let more = reaction(Transport::Serial) - reaction(Transport::Can);
+        assert!((more.as_secs_f64() - 200.0 / 19_200.0).abs() < 1e-6, "{more:?}");
     }
 }

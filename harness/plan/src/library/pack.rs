@@ -55,6 +55,20 @@ impl Pack {
         }
     }
 
+    /// Names of the files whose texts are not the same in `other`, or that only one of both has; none if one has no files.
+    pub fn differing<'a>(&'a self, other: &'a Self) -> Vec<&'a str> {
+        if self.0.is_empty() || other.0.is_empty() {
+            return Vec::new();
+        }
+        let is_changed = |file: &&PackedFile| {
+            let beside = other.file(file.kind, &file.name);
+            beside.is_none_or(|beside| beside.text != file.text)
+        };
+        let is_new = |file: &&PackedFile| self.file(file.kind, &file.name).is_none();
+        let changed = self.0.iter().filter(is_changed);
+        changed.chain(other.0.iter().filter(is_new)).map(|file| file.origin.as_str()).collect()
+    }
+
     /// Total length of the texts, in bytes.
     pub fn bytes(&self) -> usize {
         self.0.iter().map(|file| file.text.len()).sum()
@@ -78,7 +92,7 @@ impl Pack {
 
 #[cfg(test)]
 mod tests {
-    use super::PLAN;
+    use super::{PLAN, Pack, PackedFile};
     use crate::library::{Kind, Library};
     use std::sync::Arc;
 
@@ -101,5 +115,27 @@ mod tests {
         assert_eq!(there.open(Kind::Devices, "paper").unwrap().text, shipped.text);
         let error = there.open(Kind::Devices, "paper-robot").unwrap_err();
         assert!(error.to_string().contains("no device file is called"), "{error}");
+    }
+
+    #[test]
+    fn what_differs_is_named_as_it_was_opened() {
+        let pack = |text: &str| {
+            let (library, pack) = Library::shipped().packing();
+            library.open(Kind::Devices, "paper").unwrap();
+            let mut pack = pack.lock().unwrap().clone();
+            pack.0[0].text.push_str(text);
+            pack
+        };
+        let (one, changed) = (pack(""), pack("# changed"));
+        assert!(one.differing(&one).is_empty());
+        assert_eq!(one.differing(&changed), [one.0[0].origin.as_str()]);
+        let mut more = one.clone();
+        more.0.push(PackedFile {
+            name: "other".to_owned(),
+            origin: "o.toml".into(),
+            ..one.0[0].clone()
+        });
+        assert_eq!((one.differing(&more), more.differing(&one)), (vec!["o.toml"], vec!["o.toml"]));
+        assert!(one.differing(&Pack::default()).is_empty());
     }
 }

@@ -46,6 +46,13 @@ impl Judged<'_> {
         }
     }
 
+    /// The band, if the value is to lie in one.
+    fn band(&self) -> Option<String> {
+        let Self::Measurement(one) = self else { return None };
+        let is_any = one.lower.is_some() || one.upper.is_some();
+        is_any.then(|| figures::band(one.lower, one.upper, &one.unit))
+    }
+
     /// Difference of the value to that of `other`, if both have one in the same unit.
     fn moved(&self, other: &Self) -> Option<String> {
         let (Self::Measurement(one), Self::Measurement(other)) = (self, other) else { return None };
@@ -92,8 +99,13 @@ impl Compared {
 
     fn of(first: Option<&Judged<'_>>, second: Option<&Judged<'_>>) -> Option<Self> {
         let both = [first, second];
-        let figure =
-            |judged: Option<&Judged<'_>>| judged.map_or_else(|| "-".to_owned(), Judged::figure);
+        let bands = both.map(|judged| judged.and_then(Judged::band));
+        let has_moved = first.is_some() && second.is_some() && bands[0] != bands[1];
+        let figure = |judged: Option<&Judged<'_>>| {
+            let figure = judged.map_or_else(|| "-".to_owned(), Judged::figure);
+            let band = judged.filter(|_| has_moved).and_then(Judged::band);
+            band.map_or(figure.clone(), |band| format!("{figure}, band {band}"))
+        };
         Some(Self {
             name: first.or(second)?.name().to_owned(),
             figures: both.map(figure),
@@ -146,6 +158,7 @@ mod tests {
         assert_eq!(comparison(&one, &other, Style::PLAIN).1, 0);
         other.measurements[0].value = other.measurements[0].value.map(|value| value * 1.5);
         other.measurements[0].verdict = Verdict::Fail;
+        other.measurements[0].upper = other.measurements[0].upper.map(|upper| upper * 2.0);
         other.measurements[1].name = "renamed".to_owned();
         other.properties[0].held = Some(false);
         let (table, differing) = comparison(&one, &other, Style::PLAIN);
