@@ -18,6 +18,7 @@ mod device_under_test;
 mod engine;
 mod estimators;
 mod faults;
+mod first_answers;
 mod fmu;
 mod golden;
 mod identify;

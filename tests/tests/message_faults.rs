@@ -233,7 +233,7 @@ fn a_formula_that_looks_beyond_the_end_was_never_judged() {
     let (_folder, trial) = load(long);
     let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
     let long = run.property("long").unwrap();
-    let told = "never judged: the run ended at 3.501 s, and the formula looks 10 s ahead";
+    let told = "never judged: the run ended at 3.5 s, and the formula looks 10 s ahead";
     assert_eq!((long.held, long.what.as_deref()), (Some(false), Some(told)));
 }
 
@@ -268,6 +268,7 @@ fn what_cannot_be_struck_is_shown_in_its_place() {
         both("cells", "stuck_signal = { for_s = 1 }"),
         both("cells.CellStatus", "babble = { frames_per_s = 10 }"),
         both("cells.CellStatus", "drop = { loss_percent = 1 }") + "toward = \"host\"\n",
+        both("can0", "drop = { loss_percent = 1 }") + "toward = \"host\"\n",
         "[[property]]\nalways = \"cells.Limit follows\"\n".to_owned(),
         "[[property]]\nalways = \"cells.Alive fits\"\n".to_owned(),
         "[[property]]\nalways = \"cells.Alvie follows\"\n".to_owned(),

@@ -44,3 +44,25 @@ fn what_one_loses_the_others_hear() {
     }
     assert_eq!(run.property("charges").unwrap().held, Some(false), "{run}");
 }
+
+/// Two nodes alone on a bus: what one of them loses was on it all the same, and is judged.
+#[test]
+fn what_the_only_other_node_loses_is_judged() {
+    let beat = "name = \"beat\"\ntitle = \"Counts every 10 ms\"\n[signal.N]\nexpression = \"floor(t * 100 + 0.5) % 200\"\n\
+         [[message]]\nname = \"Beat\"\nsent_by = \"device\"\ncan_id = 0x100\nperiod_s = 0.01\n\
+         fields = [{ name = \"N\", type = \"u8\" }]\n";
+    let rig = "[[line]]\nname = \"can0\"\ncan = {}\n[[node]]\nname = \"beat\"\nat = \"can0\"\nemulate = \"beat\"\n\
+         [[node]]\nname = \"desk\"\nat = \"can0\"\ntester = true\n";
+    let plan = "name = \"plan\"\ntitle = \"The host is unplugged\"\nrig = \"two\"\nsteps = [{ wait = { duration_s = 2.05 } }]\n\
+         [[property]]\nname = \"low\"\nalways = \"beat.N < 150\"\n\
+         [[property]]\nname = \"heard\"\nalways = \"not (historically [0 s, 500 ms]: not changes(beat.N))\"\n\
+         [[fault]]\ntarget = \"desk\"\ntoward = \"device\"\nwhat = { disconnect = { for_s = 0.7 } }\nwhen = { at_s = 1.4 }\n";
+    let folder = tests::project::of([
+        ("devices/beat.toml", beat),
+        ("rigs/two.toml", rig),
+        ("plan.toml", plan),
+    ]);
+    let run = tests::project::load(&folder, "plan.toml").unwrap().run().unwrap();
+    assert_eq!(run.property("low").unwrap().held, Some(false), "{run}");
+    assert_eq!(run.property("heard").unwrap().held, Some(true), "{run}");
+}

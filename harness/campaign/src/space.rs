@@ -277,7 +277,7 @@ mod tests {
         };
         let nodes = vec![(Target::named("motor").unwrap(), LineKind::Can)];
         let said = vec![said("A", -40.0, 87.0), said("B", 5.0, 6.0)];
-        let lines = Lines { robot: None, host: false, nodes, said };
+        let lines = Lines { nodes, said, ..Lines::default() };
         let plan = "name = \"p\"\ntitle = \"\"\nrig = \"r\"\nsteps = [{ wait = { duration_s = 1 } }]\n\
             [[property]]\nname = \"on\"\nalways = \"motor.State > 0\"\n";
         let plan = Plan::parse("p.toml", plan).unwrap();

@@ -42,6 +42,7 @@ fn lines() -> Lines {
         robot: None,
         host: true,
         nodes: ["cells", "manager", "bus"].map(target).to_vec(),
+        shared: vec![Target::named("bus").unwrap()],
         said: vec![said("cells", "A"), said("cells", "B"), said("manager", "Limit")],
     }
 }

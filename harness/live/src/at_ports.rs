@@ -204,6 +204,9 @@ fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans
         });
         let at = EndId::of(end_place);
         let who = rig.lines[*line].who(at);
+        if matches!(spec, PortSpec::Serial(_)) {
+            rig.lines[*line].leave_time_to_a_real_line();
+        }
         let declared = &declared.lines[*place];
         plans.ports.push(port(&declared.name, spec, traffic(declared), (*line, at), who));
     }

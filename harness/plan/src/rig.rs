@@ -323,7 +323,11 @@ impl Rig {
             Said::all(&one.node, &one.layout, one.sender, kind(&one.line)).collect::<Vec<_>>()
         });
         let host = self.robot.is_some() || self.under_test().next().is_some();
-        Lines { robot: self.ride(), host, nodes, said: said.collect() }
+        let shared = self.lines.iter().filter(|_| !self.is_short).map(|line| line.name.as_str());
+        let is_node = |name: &&str| self.nodes.iter().any(|node| node.name == *name);
+        let shared = shared.filter(|name| !is_node(name)).filter_map(TargetName::new);
+        let shared = shared.map(Target::Node).collect();
+        Lines { robot: self.ride(), host, nodes, shared, said: said.collect() }
     }
 
     /// The only device of a plan without a rig.

@@ -121,6 +121,13 @@ impl Line {
         Self { stranger, ..self }
     }
 
+    /// A real serial line at its port takes the time that its bytes take.
+    pub fn leave_time_to_a_real_line(&mut self) {
+        if let Wire::Serial(ways) = &mut self.wire {
+            ways.iter_mut().for_each(SerialLine::leave_time_to_a_real_line);
+        }
+    }
+
     /// Leaves its traffic out of the record; it is recorded elsewhere.
     pub fn unrecorded(self) -> Self {
         Self { is_recorded: false, ..self }
@@ -297,7 +304,8 @@ impl Line {
         self.struck_last = number;
         // Of the paper's base, each frame is judged by whether it came through.
         let is_of_base = |end: &End| matches!(end.who, Device::Base | Device::Controller);
-        let is_shared = self.ends.len() > 2 && !self.ends.iter().any(is_of_base);
+        let is_of_rig = !self.ends.iter().any(is_of_base);
+        let is_shared = is_of_rig && self.ends.len() > 2;
         match &mut self.wire {
             Wire::Can(bus) => {
                 let ends: Vec<EndId> = (0..self.ends.len()).map(EndId::of).collect();
@@ -318,8 +326,8 @@ impl Line {
                         | FaultKind::BurstLoss { .. }
                         | FaultKind::Disconnect { .. }
                 );
-                if toward != Toward::Host && loses && is_shared && of.place() < ends.len() {
-                    // The others hear each other.
+                if toward != Toward::Host && loses && is_of_rig && of.place() < ends.len() {
+                    // What it loses was on the bus: others hear it, and it is judged.
                     strike("to device", None, Some(of));
                 } else if toward != Toward::Host && !of_bus {
                     let others = ends.iter().filter(|end| **end != of);

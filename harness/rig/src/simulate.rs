@@ -148,6 +148,9 @@ impl Simulation {
         pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> Ended {
         let ending = self.run_to_end(sink, keep, pulse);
+        let end = self.now;
+        // Properties are judged up to here: what is still under way arrives at nodes that no longer run.
+        let watch = self.watch.take();
         self.last_words(sink, keep);
         let Self { faults, rig, director, now, .. } = self;
         let notes = [rig.remarks(), rig.stop()].concat();
@@ -163,7 +166,6 @@ impl Simulation {
             Some(faults) => faults.finish(*now, rig, director, None, sink),
             None => Vec::new(),
         };
-        let end = *now;
         let verdicts = |watch: Box<Watch>| watch.into_monitor().verdicts(end);
         Ended {
             end,
@@ -172,7 +174,7 @@ impl Simulation {
             dropped: rig.dropped(),
             commands: std::mem::take(&mut director.commands),
             faults,
-            properties: self.watch.take().map(verdicts).unwrap_or_default(),
+            properties: watch.map(verdicts).unwrap_or_default(),
             notes,
             announced: director.engine.has_announced(),
             ..Ended::at_once(ending)

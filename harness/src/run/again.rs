@@ -70,8 +70,12 @@ pub fn judge_again(
     let limits = rig.robot.as_deref().map(|robot| Limits::of(&of(robot)));
     let has_any = !plan.properties.is_empty();
     let mut replayed = has_any.then(|| Replayed::new(&plan.properties, limits.as_ref(), rig));
+    // In virtual time, what was still under way at the end of the plan arrived at nodes that no longer ran.
+    let plan_end = summary.as_ref().filter(|summary| summary.clock != "real");
+    let plan_end = plan_end.map(|summary| Timestamp::from_secs_f64(summary.simulated_s));
     let read = Read::of(records, &header, &mut |record| {
-        if let Some(replayed) = &mut replayed {
+        let is_judged = plan_end.is_none_or(|end| record.at <= end);
+        if let Some(replayed) = replayed.as_mut().filter(|_| is_judged) {
             replayed.take(record);
         }
     });

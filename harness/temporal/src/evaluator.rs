@@ -117,6 +117,7 @@ impl Evaluator {
         self.run(self.now + 1);
         self.end = Some(self.now);
         self.now += 1;
+        self.network.end(self.now);
         self.values.fill(f64::NAN);
         self.run(i64::MAX);
     }

@@ -53,6 +53,15 @@ impl Network {
         }
     }
 
+    /// The run ends: it has no moment from `end` on.
+    pub(crate) fn end(&mut self, end: i64) {
+        for node in &mut self.nodes {
+            if let Node::Edge(_, edge) = node {
+                edge.end(end);
+            }
+        }
+    }
+
     pub(crate) fn root(&mut self) -> &mut Stream {
         let root = self.streams.len() - 1;
         &mut self.streams[root]
@@ -72,7 +81,7 @@ impl Network {
             }
             Condition::Not(of) => Node::Not(self.add(of)),
             Condition::Known(of) => Node::Known(self.add(of)),
-            Condition::Rises(of) => Node::Edge(self.add(of), Edge::new()),
+            Condition::Rises(of) => Node::Edge(self.add(of), Edge::new(of.horizon())),
             Condition::And(a, b) => Node::Join(self.add(a), self.add(b), Join::and()),
             Condition::Or(a, b) => Node::Join(self.add(a), self.add(b), Join::or()),
             Condition::Eventually(interval, of) => self.window(interval.after(), of, false, false),

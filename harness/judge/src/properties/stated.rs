@@ -17,15 +17,25 @@ pub(super) struct Statement {
     /// `None` if the formula does not fit the rig; such a plan is rejected before a run.
     monitor: Option<Monitor>,
     reads: Reads,
-    /// Signals without a value so far, by number, each with its speaker.
-    unseen: BTreeMap<usize, (String, usize)>,
-    /// When each speaker was first heard, as long as a signal has no value.
+    /// Signals without a value so far, by number, and those that may still be the late or wrong answer to something that
+    /// was asked for before they had one.
+    awaited: BTreeMap<usize, Awaited>,
+    /// When each speaker was first heard, as long as a signal is awaited.
     heard: BTreeMap<usize, Timestamp>,
-    /// What was asked for and not answered in time, by a signal that had no value yet.
+    /// What was asked for and not answered in time, by a signal that had no value then.
     unanswered: Option<String>,
     /// When the last of the others had its first value.
     seen_since: Timestamp,
     violation: Option<Violation>,
+}
+
+/// A signal that had no value at first.
+#[derive(Debug, Clone)]
+struct Awaited {
+    name: String,
+    speaker: usize,
+    /// When its first value came.
+    since: Option<Timestamp>,
 }
 
 impl Statement {
@@ -38,14 +48,17 @@ impl Statement {
         let formula = plan::formula(&text, speakers).ok();
         let signals = formula.iter().flat_map(temporal::Formula::signals);
         let of: Vec<usize> = plan::speakers_of(speakers).collect();
-        let unseen = signals.map(|used| (used.index, (used.name.clone(), of[used.index])));
-        let unseen = unseen.collect();
+        let awaited = signals.map(|used| {
+            let (name, speaker) = (used.name.clone(), of[used.index]);
+            (used.index, Awaited { name, speaker, since: None })
+        });
+        let awaited = awaited.collect();
         Self {
             name: stated.name.clone(),
             kind: stated.kind,
             reads: Reads::of(&formula, speakers),
             monitor: formula.map(Monitor::new),
-            unseen,
+            awaited,
             heard: BTreeMap::new(),
             unanswered: None,
             seen_since: Timestamp::ZERO,
@@ -56,19 +69,29 @@ impl Statement {
     /// Takes a message of a speaker.
     pub(super) fn message(&mut self, now: Timestamp, speaker: usize, decoded: &Decoded<'_>) {
         let Some(monitor) = &mut self.monitor else { return };
-        if !self.unseen.is_empty() {
+        if !self.awaited.is_empty() {
             self.heard.entry(speaker).or_insert(now);
         }
         let Some(values) = self.reads.take(speaker, decoded) else { return };
-        if !self.unseen.is_empty()
-            && values.iter().any(|(number, _)| self.unseen.contains_key(number))
-        {
+        let is_first = |number: &usize| {
+            self.awaited.get(number).is_some_and(|awaited| awaited.since.is_none())
+        };
+        let brings_first = values.iter().any(|(number, _)| is_first(number));
+        if brings_first || self.awaited.values().any(|awaited| awaited.since.is_some()) {
             monitor.advance(now);
-            let found = first_unanswered(monitor, &self.unseen, &self.heard);
+            let found = first_unanswered(monitor, &self.awaited, &self.heard);
             self.unanswered = self.unanswered.take().or(found);
-            self.unseen.retain(|number, _| values.iter().all(|(seen, _)| seen != number));
-            self.seen_since = now;
-            if self.unseen.is_empty() {
+            for (number, _) in values {
+                if let Some(awaited) = self.awaited.get_mut(number) {
+                    awaited.since.get_or_insert(now);
+                }
+            }
+            if brings_first {
+                self.seen_since = now;
+            }
+            let limit = monitor.limit();
+            self.awaited.retain(|_, one| one.since.is_none_or(|since| now <= since + limit));
+            if self.awaited.is_empty() {
                 monitor.all_seen();
             }
         }
@@ -89,12 +112,14 @@ impl Statement {
 
     /// The result in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
-        let Self { name, kind, mut monitor, unseen, heard, seen_since, .. } = self;
+        let Self { name, kind, mut monitor, awaited, heard, seen_since, .. } = self;
         let unanswered =
             monitor.as_mut().filter(|_| self.unanswered.is_none()).and_then(|monitor| {
                 monitor.advance(end);
-                first_unanswered(monitor, &unseen, &heard)
+                first_unanswered(monitor, &awaited, &heard)
             });
+        let unseen: Vec<String> =
+            awaited.into_values().filter(|one| one.since.is_none()).map(|one| one.name).collect();
         let unanswered = self.unanswered.or(unanswered).filter(|_| kind == Kind::Always);
         let horizon = monitor.as_ref().map_or(Span::ZERO, |monitor| monitor.formula().horizon());
         let verdict = monitor.map(|monitor| monitor.finish(end));
@@ -102,7 +127,7 @@ impl Statement {
         if kind == Kind::Sometimes {
             let held = violation.is_some();
             let is_blind = !held && !unseen.is_empty();
-            let never_judged = is_blind.then(|| format!("{NEVER}: {}", no_value(unseen)));
+            let never_judged = is_blind.then(|| format!("{NEVER}: {}", no_value(&unseen)));
             return PropertyVerdict { never_judged, ..without_judgement(name, kind, held) };
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
@@ -112,7 +137,7 @@ impl Statement {
         let why = match missed.filter(|(_, until)| *until > seen_since) {
             Some((from, _)) => {
                 let at_s = from.max(seen_since).as_secs_f64();
-                Some(format!("not judged at {at_s:.3} s: {}", no_value(unseen)))
+                Some(format!("not judged at {at_s:.3} s: {}", no_value(&unseen)))
             }
             None if violation.is_some() => None,
             None if judged.is_some() => unanswered,
@@ -124,7 +149,7 @@ impl Statement {
                 figures::value(end.as_secs_f64(), 0.0),
                 figures::value(horizon.as_secs_f64(), 0.0)
             )),
-            None => Some(format!("never judged: {}", no_value(unseen))),
+            None => Some(format!("never judged: {}", no_value(&unseen))),
         };
         if let Some(why) = why {
             // A property that could not have been violated counts as not held.
@@ -148,33 +173,45 @@ const fn without_judgement(name: String, kind: Kind, held: bool) -> PropertyVerd
     PropertyVerdict { name, kind, held, first_violation, never_judged, margin, never_asked }
 }
 
-fn no_value(unseen: BTreeMap<usize, (String, usize)>) -> String {
-    let unseen: Vec<String> = unseen.into_values().map(|(name, _)| name).collect();
+fn no_value(unseen: &[String]) -> String {
     format!("no value of {}", unseen.join(", "))
 }
 
-/// The first moment at which something was asked for within a time, and a node that had been heard did not say in that
-/// time what it was to say, because it had never said it. A node that was not heard is still starting up.
+/// The first moment at which something was asked for within a time, and was not true in that time: a node that had been heard
+/// did not say what it was to say, because it had never said it, or what it then said for the first time was something else.
+/// A node that was not heard in all that time is still starting up.
 fn first_unanswered(
     monitor: &mut Monitor,
-    unseen: &BTreeMap<usize, (String, usize)>,
+    awaited: &BTreeMap<usize, Awaited>,
     heard: &BTreeMap<usize, Timestamp>,
 ) -> Option<String> {
     let limit = monitor.limit();
-    let is_due = |(from, name): (Timestamp, &String)| {
-        let (at_s, by_s) = (from.as_secs_f64(), (from + limit).as_secs_f64());
-        format!("not answered at {at_s:.3} s: no value of {name} until {by_s:.3} s")
-    };
     let mut found = std::iter::from_fn(|| monitor.unanswered()).filter_map(|stretch| {
-        let silent = unseen.values().filter_map(|(name, speaker)| {
-            let from = stretch.from.max(*heard.get(speaker)?);
-            (from < stretch.to).then_some((from, name))
+        let by = stretch.from + limit;
+        let unknown =
+            || awaited.values().filter(|one| one.since.is_none_or(|at| at > stretch.from));
+        let came_in_time = |one: &Awaited| one.since.is_some_and(|at| at <= by);
+        if unknown().all(came_in_time) {
+            let first = unknown().filter_map(|one| Some((one.since?, &one.name))).max()?;
+            return Some((stretch.from, first.1, Some(first.0)));
+        }
+        let silent = unknown().filter(|one| !came_in_time(one)).filter_map(|one| {
+            let from = stretch.from.max(*heard.get(&one.speaker)?);
+            (from < stretch.to).then_some((from, &one.name, None))
         });
         silent.min()
     });
     let first = found.next();
     found.for_each(drop);
-    first.map(is_due)
+    let (from, name, came) = first?;
+    let (at_s, by_s) = (from.as_secs_f64(), (from + limit).as_secs_f64());
+    let what = match came.map(|came| came.as_secs_f64()) {
+        None => format!("no value of {name} until {by_s:.3} s"),
+        Some(came_s) => {
+            format!("{name}, first known at {came_s:.3} s, did not do so until {by_s:.3} s")
+        }
+    };
+    Some(format!("not answered at {at_s:.3} s: {what}"))
 }
 
 /// The first moment at which the formula did not hold, or at which an always-property could not be judged because a

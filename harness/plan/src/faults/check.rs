@@ -70,6 +70,11 @@ impl Schedule {
                 message(fault, lines, &at)?;
                 continue;
             }
+            if fault.toward != Toward::Both && lines.shared.contains(&target) {
+                let message = format!("`{}` is a line, which has no direction", target.name());
+                let help = "leave `toward` out, or strike a node: `host` is what it sends";
+                return Err(at.key("toward").mistake(message).help(help));
+            }
             let (message, help) = match (target, lines.robot, lines.of(target), reach) {
                 (_, _, Some(LineKind::Can), Reach::SerialLine) => (
                     format!("`{kind}` is of a serial line, and {} is on CAN", whose(target.name())),

@@ -40,6 +40,8 @@ pub struct Lines {
     pub host: bool,
     /// Nodes and lines by their names.
     pub nodes: Vec<(Target, LineKind)>,
+    /// Which of them are lines: what strikes one of these strikes all that is sent on it.
+    pub shared: Vec<Target>,
     /// The messages that the nodes send.
     pub said: Vec<Said>,
 }
@@ -75,7 +77,13 @@ impl Lines {
 
     /// The paper's robot or table alone.
     pub const fn of_robot(ride: Ride) -> Self {
-        Self { robot: Some(ride), host: true, nodes: Vec::new(), said: Vec::new() }
+        Self {
+            robot: Some(ride),
+            host: true,
+            nodes: Vec::new(),
+            shared: Vec::new(),
+            said: Vec::new(),
+        }
     }
 
     /// The only device of a plan.
@@ -83,7 +91,7 @@ impl Lines {
         let layout = device.layout();
         let kind = layout.medium().into();
         let said = Said::all(DEVICE, layout, Sender::Device, kind).collect();
-        Self { robot: None, host: false, nodes: vec![(Target::Device, kind)], said }
+        Self { nodes: vec![(Target::Device, kind)], said, ..Self::default() }
     }
 
     /// The medium of a node's line, or of the line with that name.

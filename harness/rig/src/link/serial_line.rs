@@ -13,11 +13,15 @@ use wire::time::{Span, Timestamp};
 
 /// Most packets that wait for the line unless [more are expected](SerialLine::expect); those beyond are dropped and counted.
 const PACKETS_MAX: usize = 256;
+/// The same where a real line paces them: a driver's buffer may come at once.
+const PACKETS_AT_ONCE_MAX: usize = 65_536;
 
 /// One direction of a serial line, paced by its baud rate.
 #[derive(Debug, Clone)]
 pub struct SerialLine {
     settings: SerialSettings,
+    /// A real line takes the time.
+    is_real: bool,
     under_way: VecDeque<(Timestamp, Packet)>,
     busy_until: Timestamp,
     expected: usize,
@@ -30,6 +34,7 @@ impl SerialLine {
     pub const fn new(settings: SerialSettings) -> Self {
         Self {
             settings,
+            is_real: false,
             under_way: VecDeque::new(),
             busy_until: Timestamp::ZERO,
             expected: 0,
@@ -43,13 +48,19 @@ impl SerialLine {
         Self::new(self.settings)
     }
 
+    /// Packets take no time from now on, because they take it on a real line.
+    pub const fn leave_time_to_a_real_line(&mut self) {
+        self.is_real = true;
+    }
+
     /// So many packets more may wait at once.
     pub const fn expect(&mut self, packets: usize) {
         self.expected += packets;
     }
 
     fn is_full(&self) -> bool {
-        self.under_way.len() >= self.expected.max(PACKETS_MAX)
+        let most = if self.is_real { PACKETS_AT_ONCE_MAX } else { PACKETS_MAX };
+        self.under_way.len() >= self.expected.max(most)
     }
 
     pub fn send(&mut self, now: Timestamp, packet: Packet) {
@@ -60,7 +71,7 @@ impl SerialLine {
             self.dropped += 1;
             return;
         }
-        self.busy_until = self.busy_until.max(now) + self.settings.time_for(packet.len());
+        self.busy_until = self.busy_until.max(now) + self.time_for(packet.len());
         self.under_way.push_back((self.busy_until, packet));
     }
 
@@ -75,9 +86,9 @@ impl SerialLine {
         is_idle
     }
 
-    /// Time that this number of bytes takes.
+    /// Time that this number of bytes takes here.
     pub fn time_for(&self, bytes: usize) -> Span {
-        self.settings.time_for(bytes)
+        if self.is_real { Span::ZERO } else { self.settings.time_for(bytes) }
     }
 
     pub fn next_arrival(&self) -> Timestamp {
@@ -112,6 +123,19 @@ mod tests {
         assert!(line.arrived(once - Span::from_nanos(1)).is_none());
         assert!(line.arrived(once).is_some());
         assert_eq!(line.next_arrival(), once + Span::from_micros(12_500));
+    }
+
+    #[test]
+    fn what_a_real_line_has_paced_arrives_at_once() {
+        let mut line = SerialLine::new(SerialSettings::new_8n1(9_600));
+        line.leave_time_to_a_real_line();
+        let packet = Packet::from_slice(&[0; 12]).unwrap();
+        let now = Timestamp::ZERO + Span::from_millis(5);
+        for _ in 0..PACKETS_MAX + 3 {
+            line.send(now, packet);
+        }
+        assert_eq!((line.next_arrival(), line.dropped()), (now, 0));
+        assert_eq!(std::iter::from_fn(|| line.arrived(now)).count(), PACKETS_MAX + 3);
     }
 
     #[test]

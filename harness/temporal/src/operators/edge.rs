@@ -7,37 +7,57 @@ use crate::truth::Truth;
 #[derive(Debug, Clone)]
 pub(crate) struct Edge {
     now: Truth,
+    since: i64,
     /// The last truth that was known.
     before: Truth,
     /// When the nanosecond of the last edge ends.
     over: Option<i64>,
+    /// How far the operand looks ahead.
+    horizon: i64,
+    /// From here on an operand is unknown because the run is over: it may change, which a reading of NaN does not.
+    open_from: Option<i64>,
 }
 
 impl Edge {
-    pub(crate) fn new() -> Self {
-        Self { now: Truth::UNKNOWN, before: Truth::FALSE, over: None }
+    /// Of an operand that looks this far ahead.
+    pub(crate) fn new(horizon: i64) -> Self {
+        let (now, before) = (Truth::UNKNOWN, Truth::FALSE);
+        Self { now, since: i64::MIN, before, over: None, horizon, open_from: None }
+    }
+
+    /// The run ends before `end`.
+    pub(crate) fn end(&mut self, end: i64) {
+        self.open_from = Some(end.saturating_sub(self.horizon));
     }
 
     pub(crate) fn run(&mut self, input: &mut Stream, out: &mut Stream) {
         while let Some(step) = input.pop() {
             if let Some(over) = self.over.filter(|over| *over < step.at) {
-                out.push(over, self.truth());
+                out.push(over, self.truth_at(over));
             }
-            self.now = step.truth;
-            out.push(step.at, self.truth());
+            (self.now, self.since) = (step.truth, step.at);
+            out.push(step.at, self.truth_at(step.at));
             if self.now.is_known() {
                 self.before = self.now;
             }
             self.over = Some(step.at.saturating_add(1));
         }
         if let Some(over) = self.over.filter(|over| *over < input.known()) {
-            out.push(over, self.truth());
+            out.push(over, self.truth_at(over));
             self.over = None;
+        }
+        let is_within = |from: &i64| self.since < *from && *from < input.known();
+        if let Some(from) = self.open_from.filter(is_within)
+            && !self.now.is_known()
+        {
+            self.since = from;
+            out.push(from, Truth::UNKNOWN);
         }
         out.know(input.known());
     }
 
-    fn truth(&self) -> Truth {
-        self.now.min(-self.before)
+    fn truth_at(&self, at: i64) -> Truth {
+        let is_open = !self.now.is_known() && self.open_from.is_some_and(|from| at >= from);
+        if is_open { Truth::UNKNOWN } else { self.now.min(-self.before) }
     }
 }

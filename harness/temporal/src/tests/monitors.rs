@@ -129,6 +129,26 @@ fn a_first_value_is_a_change() {
     }
 }
 
+/// What may still come after the end is open: also an edge of what is true at the end, which could fall and rise again.
+#[test]
+fn an_edge_may_come_after_the_end() {
+    let updates = [(0, COUNT, 0.0), (10, COUNT, 3.0), (40, COUNT, 0.0), (80, COUNT, 3.0)];
+    for formula in [
+        "Count == 3 -> within 50 ns: falls(Count == 3)",
+        "Count == 3 -> within 50 ns: falls(Count == 1)",
+        "Count == 3 -> within 50 ns: rises(Count == 3)",
+        "Count == 3 -> within 50 ns: rises(within 20 ns: Count == 3)",
+        "Count == 3 -> within 50 ns: changes(Count)",
+    ] {
+        // At 10 everything is certain at 60, and at 80 nothing is.
+        let early = verdict(formula, &updates[2..], 100);
+        assert!(early.holds && early.open > 0, "{formula}: {early:?}");
+    }
+    // The same without an end in sight.
+    let late = verdict("Count == 3 -> within 50 ns: falls(Count == 1)", &updates[2..], 140);
+    assert_eq!(late.first_violation.map(|violation| violation.at), Some(at(80)));
+}
+
 #[test]
 fn what_is_asked_before_a_first_value_is_unanswered() {
     let mut monitor = Monitor::new(formula("Speed > 3 -> within 10 ns: Count == 1"));

@@ -84,7 +84,7 @@ impl SerialLine {
             pass(layer, &mut bytes);
         }
         // Lost bytes have taken their time on the line, and so do inserted ones.
-        let on_line = self.settings.time_for(packet.len().max(bytes.len()));
+        let on_line = self.time_for(packet.len().max(bytes.len()));
         let on_line = Span::from_secs_f64(on_line.as_secs_f64() / rate);
         self.busy_until = self.busy_until.max(now) + on_line;
         let at = self.busy_until.max(not_before);
