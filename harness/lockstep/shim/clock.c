@@ -50,10 +50,10 @@ EXPORT clock_t times(struct tms *taken) {
 
 // Returns the time left if a signal came, else zero.
 static int64_t sleep_until(int64_t deadline) {
-    if (deadline <= now_ns) question();
-    while (deadline > now_ns) {
+    if (due(deadline) <= now_ns) question();
+    while (due(deadline) > now_ns) {
         enum woken woken = block_until(deadline);
-        if (woken == INTERRUPTED || woken == RESTART) return deadline > now_ns ? deadline - now_ns : 1;
+        if (woken == INTERRUPTED || woken == RESTART) return due(deadline) > now_ns ? due(deadline) - now_ns : 1;
     }
     return 0;
 }

@@ -63,7 +63,7 @@ static int await_semaphore(sem_t *semaphore, int64_t deadline) {
     for (;;) {
         if (!REAL(sem_trywait)(semaphore)) return 0;
         if (errno != EAGAIN) return -1;
-        if (deadline <= now_ns) return errno = ETIMEDOUT, -1;
+        if (due(deadline) <= now_ns) return errno = ETIMEDOUT, -1;
         enum woken woken = block(&(struct wait){
             .kind = WAIT_SEMAPHORE, .giver = THREAD_OR_HANDLER, .deadline = deadline, .address = semaphore});
         if (woken == INTERRUPTED) return errno = EINTR, -1;

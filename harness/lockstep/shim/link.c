@@ -15,10 +15,12 @@ struct to_harness {
 };
 struct from_harness {
     uint32_t kind, frames, signal, bytes_came;
-    int64_t now;
+    // `realtime_ahead`: how far the wall clock has been set since the start.
+    int64_t now, realtime_ahead;
 };
 
 int64_t now_ns, realtime_base_ns;
+static int64_t realtime_declared_ns;
 unsigned spin_questions = 10000;
 int64_t spin_step_ns = 10000;
 bool link_is_busy;
@@ -79,7 +81,7 @@ static void configure(char *line) {
     if (second) *second++ = 0;
     if (!strcmp(line, "can")) can_declare(value, second && !strcmp(second, "fd"));
     if (!strcmp(line, "serial") && second) serial_declare(value, second);
-    if (!strcmp(line, "realtime")) realtime_base_ns = atoll(value);
+    if (!strcmp(line, "realtime")) realtime_base_ns = realtime_declared_ns = atoll(value);
     if (!strcmp(line, "spin") && second) spin_questions = (unsigned)atol(value), spin_step_ns = atoll(second);
     if (!strcmp(line, "now")) now_ns = atoll(value);
     if (!strcmp(line, "first")) is_first = true;
@@ -119,6 +121,7 @@ static enum answer take_answer(void) {
     receive_all(&answer, sizeof answer);
     if (answer.kind != ANSWER_RUN) return answer.kind;
     now_ns = answer.now;
+    realtime_base_ns = realtime_declared_ns + answer.realtime_ahead;
     if (answer.bytes_came) serial_flush();
     for (uint32_t i = 0; i < answer.frames; i++) {
         struct sent_frame sent;

@@ -35,6 +35,16 @@ static int64_t base_of(clockid_t clock) {
     }
 }
 
+// A deadline of the wall clock, which may be set while it is awaited, is negative: nanoseconds since 1970 from here on.
+#define WALL_CLOCK (INT64_MIN + 1)
+
+// When a deadline comes by the clocks as they are now.
+int64_t due(int64_t deadline) {
+    if (deadline >= 0 || deadline < WALL_CLOCK) return deadline;
+    int64_t at = deadline - WALL_CLOCK;
+    return at > realtime_base_ns ? at - realtime_base_ns : 0;
+}
+
 int64_t clock_ns(clockid_t clock) { return base_of(clock) + now_ns; }
 
 int64_t deadline_after(int64_t span_ns) {
@@ -45,7 +55,9 @@ int64_t deadline_after(int64_t span_ns) {
 int64_t deadline_at(clockid_t clock, const struct timespec *at) {
     int64_t ns = nanos(at), base = base_of(clock);
     if (ns == NEVER) return NEVER;
-    return ns - base;
+    if (ns < 0) ns = 0;
+    if (base == realtime_base_ns) return WALL_CLOCK + ns;
+    return ns > base ? ns - base : 0;
 }
 
 // The clock of a condition variable cannot be queried. A time decades away from one clock belongs to the other.

@@ -85,7 +85,7 @@ bool has_other_threads(void) {
 static void ask_for_time(void) {
     int64_t deadline = NEVER;
     for (struct thread *thread = first; thread; thread = thread->next)
-        if (!thread->finished && thread->wait.deadline < deadline) deadline = thread->wait.deadline;
+        if (!thread->finished && due(thread->wait.deadline) < deadline) deadline = due(thread->wait.deadline);
     sigset_t before;
     bool holds = has_children;
     // The end of a child is a signal at a random real time. It is deferred to this place.
@@ -144,7 +144,7 @@ enum woken block(const struct wait *wait) {
     bool is_alone = !first->next;
     if (is_alone && (wait->kind == WAIT_FDS || wait->kind == WAIT_RUN)) {
         // The only thread polls by itself, and has just done so.
-        if (wait->deadline > now_ns) ask_for_time();
+        if (due(wait->deadline) > now_ns) ask_for_time();
     } else {
         struct thread *next;
         while (!(next = next_thread())) ask_for_time();
@@ -170,7 +170,7 @@ enum woken block(const struct wait *wait) {
         return result;
     }
     if (self->woken) return WOKEN;
-    return wait->deadline <= now_ns ? TIMED_OUT : LOOK_AGAIN;
+    return due(wait->deadline) <= now_ns ? TIMED_OUT : LOOK_AGAIN;
 }
 
 enum woken block_until(int64_t deadline) {

@@ -69,6 +69,7 @@ const char *link_path(void);
 // moments.c
 int64_t deadline_after(int64_t span_ns);
 int64_t deadline_at(clockid_t clock, const struct timespec *at);
+int64_t due(int64_t deadline);
 int64_t deadline_guessed(const struct timespec *at);
 int64_t nanos(const struct timespec *span);
 struct timespec timespec_of(int64_t ns);

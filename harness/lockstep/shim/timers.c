@@ -28,18 +28,18 @@ void timer_set(struct virtual_timer *timer, int64_t deadline, int64_t interval) 
 static struct virtual_timer *earliest(void) {
     struct virtual_timer *found = timers;
     for (struct virtual_timer *timer = timers; timer; timer = timer->next)
-        if (timer->deadline < found->deadline) found = timer;
+        if (due(timer->deadline) < due(found->deadline)) found = timer;
     return found;
 }
 
-int64_t timers_next(void) { return timers ? earliest()->deadline : NEVER; }
+int64_t timers_next(void) { return timers ? due(earliest()->deadline) : NEVER; }
 
 void timers_run(void) {
     struct virtual_timer *timer;
-    while (timers && (timer = earliest())->deadline <= now_ns) {
+    while (timers && due((timer = earliest())->deadline) <= now_ns) {
         uint64_t count = 1;
         if (timer->interval > 0) {
-            count += (uint64_t)((now_ns - timer->deadline) / timer->interval);
+            count += (uint64_t)((now_ns - due(timer->deadline)) / timer->interval);
             timer->deadline += (int64_t)count * timer->interval;
         } else {
             timer->deadline = NEVER;

@@ -15,7 +15,7 @@ static void fire_fd(struct virtual_timer *timer, uint64_t count) {
 }
 
 static struct itimerspec state_of(const struct virtual_timer *timer) {
-    int64_t left = timer->deadline == NEVER ? 0 : timer->deadline - now_ns;
+    int64_t left = timer->deadline == NEVER ? 0 : due(timer->deadline) - now_ns;
     return (struct itimerspec){.it_value = timespec_of(left), .it_interval = timespec_of(timer->interval)};
 }
 

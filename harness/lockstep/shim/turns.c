@@ -9,7 +9,7 @@ unsigned runs;
 static bool can_go_on(struct thread *thread) {
     const struct wait *wait = &thread->wait;
     if (thread->finished) return false;
-    if (thread->woken || thread->signals || thread->handled || wait->deadline <= now_ns) return true;
+    if (thread->woken || thread->signals || thread->handled || due(wait->deadline) <= now_ns) return true;
     int value = 0;
     switch (wait->kind) {
     case WAIT_FDS: return REAL(poll)(wait->fds, wait->count, 0) != 0;

@@ -224,6 +224,13 @@ impl Lockstep {
         }
     }
 
+    /// Sets its wall clock (`CLOCK_REALTIME`), as `clock_settime` does: what waits for a time of that clock waits for
+    /// another moment now; all other clocks and waits go on.
+    pub fn set_wall_clock(&mut self, now: Timestamp, by: Span) {
+        self.given.clocks.realtime_ahead += by.as_nanos();
+        self.has_come(now);
+    }
+
     /// Writes `bytes` to its standard input, if it [talks](crate::Program::talks); returns `false` if it does not take
     /// them.
     pub fn tell(&mut self, now: Timestamp, bytes: &[u8]) -> bool {
@@ -256,7 +263,9 @@ impl Lockstep {
     fn run(&mut self, now: Timestamp) {
         self.now = now;
         self.is_due = false;
-        let given = Given { now: now.as_nanos(), ..mem::take(&mut self.given) };
+        let mut given = mem::take(&mut self.given);
+        self.given.clocks = given.clocks;
+        given.clocks.now = now.as_nanos();
         let Some(family) = &mut self.family else { return };
         match family.run(&given, &mut self.lines) {
             Ok(()) => {

@@ -1,7 +1,7 @@
 //! A program's processes. Each has a link; one runs at a time, in order of age, until none can go on.
 
 use crate::binary::{self, BinaryError, Way};
-use crate::link::{Change, Link, Message, PATIENCE, Reading, SentFrame, Turn};
+use crate::link::{Change, Clocks, Link, Message, PATIENCE, Reading, SentFrame, Turn};
 use crate::spawned::{Spawned, is_gone, wait_for_death};
 use crate::state::Ended;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -48,7 +48,7 @@ pub(crate) trait Outside {
 /// Inputs for all processes at an instant.
 #[derive(Debug, Default)]
 pub(crate) struct Given {
-    pub now: i64,
+    pub clocks: Clocks,
     pub frames: Vec<SentFrame>,
     pub bytes_came: bool,
     /// Signal for the eldest process only; zero for none.
@@ -76,7 +76,7 @@ pub(crate) struct Family {
     /// By age.
     processes: BTreeMap<u32, Process>,
     born: u32,
-    now: i64,
+    clocks: Clocks,
 }
 
 impl Family {
@@ -87,8 +87,8 @@ impl Family {
         first: Spawned,
     ) -> Result<Self, Ended> {
         let pid = first.pid();
-        let mut family =
-            Self { rules, listener, first, processes: BTreeMap::new(), born: 0, now: 0 };
+        let (processes, clocks) = (BTreeMap::new(), Clocks::default());
+        let mut family = Self { rules, listener, first, processes, born: 0, clocks };
         match family.join(pid)? {
             Some(link) => family.add(pid, link),
             None => {
@@ -109,7 +109,7 @@ impl Family {
 
     /// Lets every process run until all of them wait.
     pub(crate) fn run(&mut self, given: &Given, outside: &mut impl Outside) -> Result<(), Ended> {
-        self.now = given.now;
+        self.clocks = given.clocks;
         for process in self.processes.values_mut() {
             process.inbox.extend_from_slice(&given.frames);
             process.bytes_came |= given.bytes_came;
@@ -135,9 +135,10 @@ impl Family {
             if quiet >= self.processes.len() && !has_mail {
                 return match (self.processes.is_empty(), self.stuck()) {
                     (true, _) => Err(self.all_gone()),
-                    (false, Some(threads @ 1..)) => {
-                        Err(Ended::Deadlocked { threads, since: Timestamp::from_nanos(self.now) })
-                    }
+                    (false, Some(threads @ 1..)) => Err(Ended::Deadlocked {
+                        threads,
+                        since: Timestamp::from_nanos(self.clocks.now),
+                    }),
                     (false, _) => Ok(()),
                 };
             }
@@ -182,7 +183,7 @@ impl Family {
         let process = Process {
             pid,
             link,
-            deadline: self.now,
+            deadline: self.clocks.now,
             stuck: None,
             inbox: Vec::new(),
             bytes_came: false,
@@ -238,10 +239,10 @@ impl Family {
     }
 
     fn let_run(&mut self, key: u32) {
-        let now = self.now;
+        let clocks = self.clocks;
         let Some(process) = self.processes.get_mut(&key) else { return };
         let turn = Turn {
-            now,
+            clocks,
             signal: std::mem::take(&mut process.signal),
             bytes_came: std::mem::take(&mut process.bytes_came),
             frames: std::mem::take(&mut process.inbox),
@@ -380,7 +381,8 @@ impl Family {
                         (true, false) => "first \n",
                         (false, _) => "",
                     };
-                    let text = format!("{}{first}now {}\n", self.rules.declarations, self.now);
+                    let text =
+                        format!("{}{first}now {}\n", self.rules.declarations, self.clocks.now);
                     return Ok(link.configure(&text).is_ok().then_some((pid, link)));
                 }
                 Reading::Silence => waited += PATIENCE,

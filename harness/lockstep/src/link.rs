@@ -83,11 +83,19 @@ pub(crate) enum Reading {
     End,
 }
 
+/// What the clocks of a program show.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Clocks {
+    /// Nanoseconds since the start of the run.
+    pub now: i64,
+    /// Nanoseconds by which the wall clock has been set since then.
+    pub realtime_ahead: i64,
+}
+
 /// Inputs for a process when it may run.
 #[derive(Debug, Default)]
 pub(crate) struct Turn {
-    /// Nanoseconds since the start of the run.
-    pub now: i64,
+    pub clocks: Clocks,
     /// Signal to raise, or zero.
     pub signal: u32,
     /// Whether bytes have been put on a serial line.
@@ -155,7 +163,8 @@ impl Link {
         for word in [1, turn.frames.len() as u32, turn.signal, bytes_came] {
             self.out.extend(word.to_ne_bytes());
         }
-        self.out.extend(turn.now.to_ne_bytes());
+        self.out.extend(turn.clocks.now.to_ne_bytes());
+        self.out.extend(turn.clocks.realtime_ahead.to_ne_bytes());
         for sent in &turn.frames {
             self.out.extend((sent.interface as u32 + INDEX_BASE).to_ne_bytes());
             self.out.extend(u32::from(sent.is_local).to_ne_bytes());
@@ -167,7 +176,7 @@ impl Link {
     pub(crate) fn answer(&mut self, may: bool) -> io::Result<()> {
         self.out.clear();
         self.out.extend((if may { 2u32 } else { 3 }).to_ne_bytes());
-        self.out.extend([0; 20]);
+        self.out.extend([0; 28]);
         self.stream.write_all(&self.out)
     }
 }

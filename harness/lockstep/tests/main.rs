@@ -12,3 +12,4 @@ mod static_ends;
 mod static_programs;
 mod talks;
 mod waits;
+mod wall_clock;

@@ -38,10 +38,10 @@ static bool is_span(const struct timespec *span) {
 }
 
 static int64_t sleep_until(struct tracee *of, int64_t deadline, uint64_t left) {
-    if (deadline <= now_ns) question();
-    while (deadline > now_ns) {
+    if (due(deadline) <= now_ns) question();
+    while (due(deadline) > now_ns) {
         if (block_until(deadline) != INTERRUPTED) continue;
-        struct timespec rest = timespec_of(deadline > now_ns ? deadline - now_ns : 1);
+        struct timespec rest = timespec_of(due(deadline) > now_ns ? due(deadline) - now_ns : 1);
         return left && !put(of, left, &rest, sizeof rest) ? -EFAULT : -EINTR;
     }
     return 0;

@@ -21,7 +21,7 @@ struct signal_timer {
 
 static struct itimerspec state_of(const struct virtual_timer *timer) {
     bool is_set = timer->fire && timer->deadline != NEVER;
-    return (struct itimerspec){.it_value = timespec_of(is_set ? timer->deadline - now_ns : 0),
+    return (struct itimerspec){.it_value = timespec_of(is_set ? due(timer->deadline) - now_ns : 0),
                                .it_interval = timespec_of(timer->interval)};
 }
 

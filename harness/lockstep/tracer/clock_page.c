@@ -51,6 +51,11 @@ static const struct {
 struct clock_page *clock_page;
 static char path[160];
 
+// The wall clock may have been set.
+void clock_page_set(void) {
+    for (int clock = 0; clock < CLOCKS; clock++) clock_page->bases[clock] = clock_ns(clock) - now_ns;
+}
+
 void clock_page_make(void) {
     snprintf(path, sizeof path, "%s-clock-%d", link_path(), getpid());
     int fd = REAL(openat)(AT_FDCWD, path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -59,7 +64,7 @@ void clock_page_make(void) {
     if (pages == MAP_FAILED) fail("map the page of the clock");
     memcpy(pages, page_code, (size_t)(page_code_end - page_code));
     clock_page = (struct clock_page *)(pages + PAGE);
-    for (int clock = 0; clock < CLOCKS; clock++) clock_page->bases[clock] = clock_ns(clock) - now_ns;
+    clock_page_set();
     REAL(close)(fd);
 }
 

@@ -27,6 +27,7 @@ int go(struct tracee *of, int how, int signal) {
     unsigned asked = of->thread.questions;
     int64_t left = asked < spin_questions ? spin_questions - asked : 0;
     clock_page->now_ns = now_ns;
+    clock_page_set();
     clock_page->questions_left = left;
     ptrace(how, of->tid, 0, signal);
     for (;;) {

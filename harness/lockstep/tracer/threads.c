@@ -155,7 +155,7 @@ uintptr_t address_of(const struct thread *thread) {
 static void ask_for_time(void) {
     int64_t deadline = NEVER;
     for (struct thread *thread = first; thread; thread = thread->next)
-        if (!thread->finished && thread->wait.deadline < deadline) deadline = thread->wait.deadline;
+        if (!thread->finished && due(thread->wait.deadline) < deadline) deadline = due(thread->wait.deadline);
     unsigned threads;
     bool stuck = is_stuck(&threads);
     link_run(deadline, stuck, threads);
@@ -181,7 +181,7 @@ enum woken block(const struct wait *wait) {
     struct tracee *next = of;
     if (!first->next && (wait->kind == WAIT_FDS || wait->kind == WAIT_RUN)) {
         // The only thread polls by itself, and has just done so.
-        if (wait->deadline > now_ns && !self->signals) ask_for_time();
+        if (due(wait->deadline) > now_ns && !self->signals) ask_for_time();
     } else {
         next = await_next();
     }
@@ -197,7 +197,7 @@ enum woken block(const struct wait *wait) {
         return INTERRUPTED;
     }
     if (self->woken) return WOKEN;
-    return wait->deadline <= now_ns ? TIMED_OUT : LOOK_AGAIN;
+    return due(wait->deadline) <= now_ns ? TIMED_OUT : LOOK_AGAIN;
 }
 
 enum woken block_until(int64_t deadline) { return block(&(struct wait){.kind = WAIT_TIME, .deadline = deadline}); }

@@ -72,6 +72,7 @@ struct clock_page {
 };
 extern struct clock_page *clock_page;
 void clock_page_make(void);
+void clock_page_set(void);
 void clock_page_enter(struct tracee *of);
 
 // threads.c

@@ -15,6 +15,11 @@ pub trait Guest {
     fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit);
 
     fn order(&mut self, now: Timestamp, mission: Mission);
+
+    /// Sets its wall clock, if it has one beside the clock that it waits by.
+    fn set_wall_clock(&mut self, _by: Span) -> bool {
+        false
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -53,7 +58,7 @@ impl<G: Guest> OnHost<G> {
 
     pub fn begin_fault(&mut self, kind: &FaultKind) {
         if let Some(host) = &mut self.host {
-            host.begin(kind);
+            host.begin(kind, &mut self.guest);
         }
     }
 
@@ -126,11 +131,19 @@ impl Host {
     }
 
     /// Begins a fault of a machine; ignores other faults.
-    fn begin(&mut self, kind: &FaultKind) {
+    fn begin(&mut self, kind: &FaultKind, guest: &mut impl Guest) {
         match kind {
             FaultKind::SchedulerStall { .. } => self.stalls += 1,
-            FaultKind::ClockStep { step_s } => self.ahead += Span::from_secs_f64(*step_s),
+            FaultKind::ClockStep { step_s } => {
+                self.set_clock(Span::from_secs_f64(*step_s), guest);
+            }
             _ => {}
+        }
+    }
+
+    fn set_clock(&mut self, by: Span, guest: &mut impl Guest) {
+        if !guest.set_wall_clock(by) {
+            self.ahead += by;
         }
     }
 
@@ -149,7 +162,7 @@ impl Host {
                 self.taken + u64::from(due < now)
             }
             FaultKind::ClockStep { step_s } => {
-                self.ahead += -Span::from_secs_f64(*step_s);
+                self.set_clock(-Span::from_secs_f64(*step_s), guest);
                 1
             }
             _ => 0,

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 use wire::device::{Device, PortId, Transmit};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// A controller without IO and without a clock: the world feeds and drains it, and passes the time as an argument.
 ///
@@ -172,6 +172,11 @@ pub trait NodeDevice: Device + Send {
 
     /// A CAN controller of it has changed its error state: a SocketCAN error frame at this port.
     fn error_frame(&mut self, _now: Timestamp, _port: PortId, _id: u32, _data: [u8; 8]) {}
+
+    /// Sets its wall clock; `false` if it has no other clock than that of its machine.
+    fn set_wall_clock(&mut self, _by: Span) -> bool {
+        false
+    }
 
     /// Asks it to end, at the end of the run. Returns what it did if it did not end in order, to stand behind its name:
     /// `ended with status 7 when it was asked to end`.

@@ -4,7 +4,7 @@ use super::host::{Guest, OnHost};
 use crate::hosted::NodeDevice;
 use controller::mission::Mission;
 use wire::device::{PortId, Transmit};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// A device under test in this process, or a program in step with it, with its machine.
 pub type Own = OnHost<Box<dyn NodeDevice>>;
@@ -34,4 +34,8 @@ impl Guest for Box<dyn NodeDevice> {
 
     /// Nodes receive no missions.
     fn order(&mut self, _: Timestamp, _: Mission) {}
+
+    fn set_wall_clock(&mut self, by: Span) -> bool {
+        NodeDevice::set_wall_clock(&mut **self, by)
+    }
 }

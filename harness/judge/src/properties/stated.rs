@@ -208,7 +208,7 @@ fn first_unanswered(
     let what = match came.map(|came| came.as_secs_f64()) {
         None => format!("no value of {name} until {by_s:.3} s"),
         Some(came_s) => {
-            format!("{name}, first known at {came_s:.3} s, did not do so until {by_s:.3} s")
+            format!("{name} came at {came_s:.3} s, and was not right until {by_s:.3} s")
         }
     };
     Some(format!("not answered at {at_s:.3} s: {what}"))

@@ -234,6 +234,11 @@ impl NodeDevice for InStep {
         self.running.error_frame(now, port, id, data);
     }
 
+    fn set_wall_clock(&mut self, by: Span) -> bool {
+        self.running.set_wall_clock(self.now, by);
+        true
+    }
+
     fn stop(&mut self) -> Option<String> {
         if self.running.ended().is_some() {
             return None;

@@ -41,7 +41,8 @@ impl Programs {
     ) -> Result<Self, StartError> {
         let ports: Vec<String> =
             wiring.words.iter().map(|(line, port)| format!("{line} at {port}")).collect();
-        for Program { node, .. } in programs.iter().filter(|one| one.words.is_empty()) {
+        let expects = |one: &&Program| one.words.is_empty() && !ports.is_empty();
+        for Program { node, .. } in programs.iter().filter(expects) {
             tracing::warn!("`{node}` is expected at its ports: {}", ports.join(", "));
         }
         let mut running = Vec::new();

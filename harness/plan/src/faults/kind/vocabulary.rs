@@ -226,8 +226,9 @@ kinds! {
         /// How long.
         for_s: "s" 0.001..=60.0, 0.1;
     }
-    /// The clock of the controller or program under test jumps, and jumps back at the end. This affects every time
-    /// that it reads, and its waits.
+    /// The clock of the controller or program under test jumps, and jumps back at the end. Of a program that is a node,
+    /// this is the wall clock (`CLOCK_REALTIME`) alone, and what waits for a time of it; a controller and Rust code of a
+    /// test have a single clock, which their waits follow too.
     ClockStep = "clock_step", Only(Host), Scheduled, None, "clock_settime(2), settimeofday(2)" {
         /// How far, forward.
         step_s: "s" -3600.0..=3600.0, 1.0;
