@@ -156,6 +156,9 @@ impl LiveWorld {
         };
         let sight = self.setting.sight();
         let eyes = Eyes::new(properties, limits.as_ref(), speakers, (&sight, ear));
+        if eyes.judge() {
+            self.lateness.judge_throughout();
+        }
         self.eyes = (!properties.is_empty()).then(|| Box::new(eyes));
         self
     }

@@ -6,7 +6,7 @@ use super::journal::blame_bench;
 use super::lateness::Lateness;
 use super::placement::Player;
 use super::ports::{BASE, GYRO, OpenPort, Ports};
-use judge::properties::PropertyVerdict;
+use judge::properties::{Kind, PropertyVerdict};
 use ports::PortSpec;
 use ports::spec::SerialDevice;
 use record::outcome::{Outcome, PortSide, PortSummary, Timing};
@@ -27,15 +27,17 @@ pub struct LiveEnd {
     pub artifacts: Vec<String>,
 }
 
-/// A property that broke because this machine was late is a failure of the bench.
+/// A property that broke, or was not answered, because this machine was late is a failure of the bench.
 pub(super) fn excuse(
     ending: Ending,
     properties: &[PropertyVerdict],
     lateness: &Lateness,
 ) -> Ending {
     let late = properties.iter().find_map(|verdict| {
-        let violation = verdict.first_violation.as_ref()?;
-        lateness.verdict_on_violation(&verdict.name, violation.at)
+        let broken = verdict.first_violation.as_ref().map(|violation| (violation.at, violation.at));
+        let missing = verdict.never_judged.as_ref().filter(|_| verdict.kind == Kind::Always);
+        let span = broken.or_else(|| missing.map(|missing| missing.span))?;
+        lateness.verdict_on_violation(&verdict.name, span)
     });
     match (ending.outcome, late) {
         (Outcome::Passed | Outcome::Failed | Outcome::Timeout, Some(why)) => {
@@ -122,7 +124,7 @@ impl LiveWorld {
 #[cfg(test)]
 mod tests {
     use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse};
-    use judge::properties::Kind;
+    use judge::properties::{Kind, Missing};
     use record::Violation;
     use wire::time::Span;
 
@@ -142,7 +144,25 @@ mod tests {
         let mut lateness = Lateness::new(Span::from_millis(20));
         let ended = excuse(passed(), std::slice::from_ref(&broken), &lateness);
         assert_eq!(ended.outcome, Outcome::Passed, "in time: it counts");
-        lateness.add(at, Span::from_millis(300));
+        lateness.add_machine(at, Span::from_millis(300));
+        let what = "not answered".to_owned();
+        let unanswered = PropertyVerdict {
+            first_violation: None,
+            never_judged: Some(Missing { span: (at, at + Span::from_secs(1)), what }),
+            ..broken.clone()
+        };
+        for verdict in [&broken, &unanswered] {
+            let ended = excuse(passed(), std::slice::from_ref(verdict), &lateness);
+            assert_eq!(ended.outcome, Outcome::Error);
+        }
+        let long_ago = PropertyVerdict {
+            never_judged: Some(Missing {
+                span: (at + Span::from_secs(60), at + Span::from_secs(61)),
+                what: "not answered".to_owned(),
+            }),
+            ..unanswered
+        };
+        assert_eq!(excuse(passed(), &[long_ago], &lateness).outcome, Outcome::Passed);
         let ended = excuse(passed(), &[broken], &lateness);
         assert_eq!(ended.outcome, Outcome::Error);
         assert!(ended.reason.unwrap().contains("shortly before fresh_heading broke"));
