@@ -2,10 +2,12 @@
 
 use super::LiveWorld;
 use super::device_under_test::{DeviceUnderTest, Running};
-use super::journal::blame_bench;
+use super::journal::{self, blame_bench};
 use super::lateness::Lateness;
+use super::losses::Losses;
 use super::placement::Player;
 use super::ports::{BASE, GYRO, OpenPort, Ports};
+use super::role_port::RolePort;
 use judge::properties::{Kind, PropertyVerdict};
 use ports::PortSpec;
 use ports::spec::SerialDevice;
@@ -54,8 +56,37 @@ fn is_gone(spec: &PortSpec) -> bool {
 }
 
 impl LiveWorld {
+    /// What was lost at the ports.
+    pub(super) fn losses(&self, ports: &Ports, device: &Running) -> Losses {
+        let mut losses = Losses::default();
+        let mut add = |role: &Arc<str>, side, port: &RolePort| {
+            let absences = self.journal.absences(&(Arc::clone(role), side));
+            let whose = journal::whose(role, side, port.name());
+            losses.add((&whose, side), port.link(), &port.counters(), absences);
+        };
+        for OpenPort { plan, port, .. } in &ports.open {
+            add(&plan.role, plan.side, port);
+        }
+        for role in [GYRO, BASE] {
+            if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
+                add(&role.into(), PortSide::Controller, port);
+            }
+        }
+        losses
+    }
+
     /// The ending, adjusted for problems of the ports and the machine.
-    pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
+    pub(super) fn judge(
+        &self,
+        ending: Ending,
+        end: Timestamp,
+        ports: &Ports,
+        losses: &Losses,
+    ) -> Ending {
+        let ending = match (&losses.why, ending.outcome) {
+            (None, _) | (_, Outcome::Error | Outcome::Aborted) => ending,
+            (Some(why), _) => blame_bench(ending, why),
+        };
         let ending = self.journal.explain(self.blame_missing(ending), end);
         let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
         let miswired = ports.miswired(gyro);
