@@ -29,6 +29,7 @@ mod histogram;
 mod in_process;
 mod journal;
 mod lateness;
+mod losses;
 mod machine_watch;
 mod placement;
 pub mod ports;
@@ -156,6 +157,9 @@ impl LiveWorld {
         };
         let sight = self.setting.sight();
         let eyes = Eyes::new(properties, limits.as_ref(), speakers, (&sight, ear));
+        if eyes.judge() {
+            self.lateness.judge_throughout();
+        }
         self.eyes = (!properties.is_empty()).then(|| Box::new(eyes));
         self
     }
@@ -290,11 +294,13 @@ impl LiveWorld {
         };
         let end = clock.now();
         self.lateness.end_step(self.course());
-        let mut notes = self.end_notes(end, sink);
+        let losses = self.losses(&ports, &device);
+        let mut notes = self.end_notes(end, sink, &losses);
         let (faults, dropped) = self.end_faults(end, sink, &mut device);
         let eyes = self.eyes.take();
         let (properties, unjudged) = eyes.map(|eyes| eyes.close(end)).unwrap_or_default();
-        let ending = verdict::excuse(self.judge(ending, end, &ports), &properties, &self.lateness);
+        let ending = self.judge(ending, end, &ports, &losses);
+        let ending = verdict::excuse(ending, &properties, &self.lateness);
         let bus_to_command = device.in_process().map(|here| here.bus_to_command().spread());
         let timing = self.lateness.timing(bus_to_command, scheduling);
         let port_summaries = self.port_summaries(&ports, &device);

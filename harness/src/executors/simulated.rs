@@ -119,8 +119,8 @@ pub(super) fn result(prepared: &Prepared, run: &run::Ended) -> CaseResult {
 
 /// A sometimes-property has nothing to judge until it occurs.
 fn never_judged(verdict: &PropertyVerdict) -> Option<(String, String)> {
-    let why = verdict.never_judged.clone().filter(|_| verdict.kind == Kind::Always)?;
-    Some((verdict.name.clone(), why))
+    let why = verdict.never_judged.as_ref().filter(|_| verdict.kind == Kind::Always)?;
+    Some((verdict.name.clone(), why.what.clone()))
 }
 
 /// A program under test that ended: whatever the plan declares, no fault may do that to it.

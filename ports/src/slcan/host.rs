@@ -6,8 +6,9 @@ use crate::serial::{SerialEvent, SerialPort};
 use crate::spec::SerialSpec;
 use crate::{Counters, FrameEvent};
 use std::collections::VecDeque;
+use std::pin::Pin;
 use std::time::Duration;
-use tokio::time::timeout;
+use tokio::time::{Sleep, sleep};
 use wire::can::CanFrame;
 use wire::can_error::CanErrorEvent;
 use wire::slcan::{Answer, AnswerDecoder, BitRate, Command};
@@ -34,6 +35,41 @@ pub struct SlcanHost {
     /// Decoded but not passed on yet; at most [`EVENTS_MAX`].
     events: VecDeque<FrameEvent>,
     counters: Counters,
+    /// `None` if the bus is open, or was not yet asked for.
+    joining: Option<Joining>,
+}
+
+/// How far an adapter has been brought to an open bus.
+#[derive(Debug)]
+struct Joining {
+    stage: Stage,
+    /// How often it has refused.
+    refusals: usize,
+    /// End of the wait. Kept here so that a cancelled wait continues where it was.
+    limit: Pin<Box<Sleep>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Stage {
+    /// Earlier traffic is discarded, so many reads so far.
+    Clearing(usize),
+    /// The answer to a command is awaited.
+    Told(Told),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Told {
+    BitRate,
+    Open,
+}
+
+impl Told {
+    const fn words(self) -> &'static str {
+        match self {
+            Self::BitRate => "take the bitrate",
+            Self::Open => "open the bus",
+        }
+    }
 }
 
 impl SlcanHost {
@@ -51,74 +87,104 @@ impl SlcanHost {
             lines: Lines::default(),
             events: VecDeque::with_capacity(EVENTS_MAX),
             counters: Counters::default(),
+            joining: None,
         };
         host.join().await?;
         Ok(host)
     }
 
-    /// Brings the adapter from any state to an open bus.
+    /// Brings the adapter from any state to an open bus. May be cancelled, and called again.
     async fn join(&mut self) -> Result<(), PortError> {
-        for _ in 1..REFUSALS_MAX {
-            match self.try_to_join().await {
-                Err(PortError::AdapterRefused { .. }) => {}
-                other => return other,
-            }
-        }
-        self.try_to_join().await
+        let joined = self.go_on_joining().await;
+        self.joining = None;
+        joined
     }
 
-    async fn try_to_join(&mut self) -> Result<(), PortError> {
+    /// Each turn of the loop waits once, before it changes anything: a cancelled call loses nothing.
+    async fn go_on_joining(&mut self) -> Result<(), PortError> {
+        self.joining.is_none().then(|| self.begin_to_join(0));
+        loop {
+            let Some(Joining { stage, refusals, limit }) = &mut self.joining else { return Ok(()) };
+            let (stage, refusals) = (*stage, *refusals);
+            let heard = tokio::select! {
+                biased;
+                heard = self.serial.receive() => Some(heard.map_err(|source| {
+                    PortError::AdapterLost { port: self.name.clone(), source }
+                })?),
+                () = limit.as_mut() => None,
+            };
+            match (stage, heard) {
+                (Stage::Clearing(reads), Some(_)) if reads < STALE_READS_MAX => {
+                    self.wait(Stage::Clearing(reads + 1), QUIET);
+                }
+                (Stage::Clearing(_), _) => {
+                    // A partial line from before does not belong to the new stream; the counts stay.
+                    self.counters = self.counters + self.of_lines();
+                    self.decoder = AnswerDecoder::default();
+                    self.tell(Told::BitRate);
+                }
+                (Stage::Told(told), Some(event)) => match self.answer(&event) {
+                    None => {}
+                    Some(Answer::Refused) if refusals + 1 < REFUSALS_MAX => {
+                        self.begin_to_join(refusals + 1);
+                    }
+                    Some(Answer::Refused) => {
+                        let (port, command) = (self.name.clone(), told.words());
+                        return Err(PortError::AdapterRefused { port, command });
+                    }
+                    Some(_) => self.obeyed(told),
+                },
+                (Stage::Told(told), None) => {
+                    tracing::warn!("{}: no answer when told to {}", self.name, told.words());
+                    self.obeyed(told);
+                }
+            }
+        }
+    }
+
+    fn begin_to_join(&mut self, refusals: usize) {
         // Ends a partial line of another program (CAN232 manual: send two or three CR first).
         self.serial.send(b"\r\r\r");
         self.command(&Command::Close);
-        for _ in 0..STALE_READS_MAX {
-            match timeout(QUIET, self.serial.receive()).await {
-                Ok(result) => _ = result.map_err(|lost| self.lost(lost))?,
-                Err(_) => break,
-            }
-        }
-        // A partial line from before does not belong to the new stream; the counts stay.
-        self.counters = self.counters + self.of_lines();
-        self.decoder = AnswerDecoder::default();
-        for (command, words) in
-            [(Command::BitRate(self.bitrate), "take the bitrate"), (Command::Open, "open the bus")]
-        {
-            self.command(&command);
-            match timeout(ANSWER_LIMIT, self.answer()).await {
-                Ok(Ok(Answer::Refused)) => {
-                    let port = self.name.clone();
-                    return Err(PortError::AdapterRefused { port, command: words });
-                }
-                Ok(Err(lost)) => return Err(self.lost(lost)),
-                Ok(Ok(_)) => {}
-                Err(_) => tracing::warn!("{}: no answer when told to {words}", self.name),
-            }
-        }
-        Ok(())
+        let (stage, limit) = (Stage::Clearing(0), Box::pin(sleep(QUIET)));
+        self.joining = Some(Joining { stage, refusals, limit });
     }
 
-    fn lost(&self, source: PortLost) -> PortError {
-        PortError::AdapterLost { port: self.name.clone(), source }
+    fn wait(&mut self, stage: Stage, limit: Duration) {
+        if let Some(joining) = &mut self.joining {
+            (joining.stage, joining.limit) = (stage, Box::pin(sleep(limit)));
+        }
     }
 
-    /// The answer to a command. Frames that arrive before it are kept.
-    async fn answer(&mut self) -> Result<Answer, PortLost> {
-        loop {
-            let SerialEvent::Bytes(packet) = self.serial.receive().await? else { continue };
-            let (mut answer, events, counters) = (None, &mut self.events, &mut self.counters);
-            self.decoder.feed(packet.as_slice(), |heard| match heard {
-                Answer::Done | Answer::Refused if answer.is_none() => answer = Some(heard),
-                heard => events.extend(event(heard, counters)),
-            });
-            if let Some(answer) = answer {
-                return Ok(answer);
-            }
-            // No reader yet: keep the newest events.
-            while self.events.len() > EVENTS_MAX {
-                self.events.pop_front();
-                self.counters.receive_dropped_frames += 1;
-            }
+    fn obeyed(&mut self, told: Told) {
+        match told {
+            Told::BitRate => self.tell(Told::Open),
+            Told::Open => self.joining = None,
         }
+    }
+
+    fn tell(&mut self, told: Told) {
+        self.command(&match told {
+            Told::BitRate => Command::BitRate(self.bitrate),
+            Told::Open => Command::Open,
+        });
+        self.wait(Stage::Told(told), ANSWER_LIMIT);
+    }
+
+    /// The answer to a command, if this is it. Frames that arrive before it are kept.
+    fn answer(&mut self, heard: &SerialEvent) -> Option<Answer> {
+        let SerialEvent::Bytes(packet) = heard else { return None };
+        let (mut answer, events, counters) = (None, &mut self.events, &mut self.counters);
+        self.decoder.feed(packet.as_slice(), |heard| match heard {
+            Answer::Done | Answer::Refused if answer.is_none() => answer = Some(heard),
+            heard => events.extend(event(heard, counters)),
+        });
+        // No reader yet: keep the newest events.
+        while self.events.len() > EVENTS_MAX {
+            self.events.pop_front();
+            self.counters.receive_dropped_frames += 1;
+        }
+        answer
     }
 
     fn command(&mut self, command: &Command) -> bool {
@@ -142,10 +208,11 @@ impl SlcanHost {
         }
     }
 
-    /// Sends a frame to the adapter's line at once. Without room there it is lost and counted; does not wait for the
+    /// Sends a frame to the adapter's line at once. Without room there, or before the bus is open, it is lost and counted; does not wait for the
     /// adapter's acknowledgement, and counts [refusals](Counters::refused).
     pub fn send(&mut self, frame: &CanFrame) {
-        if frame.fd_flags().is_none() && self.command(&Command::Transmit(*frame)) {
+        let is_open = self.joining.is_none();
+        if is_open && frame.fd_flags().is_none() && self.command(&Command::Transmit(*frame)) {
             self.counters.frames_out += 1;
         } else {
             self.counters.overrun_frames += 1;
@@ -157,9 +224,11 @@ impl SlcanHost {
     /// # Errors
     /// If the adapter stayed away for too long, or refuses.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
-        self.events.clear();
-        self.serial.reopen().await?;
-        self.lines = Lines::default();
+        if self.joining.is_none() {
+            self.events.clear();
+            self.serial.reopen().await?;
+            self.lines = Lines::default();
+        }
         self.join().await
     }
 

@@ -283,6 +283,41 @@ fn an_adapter_that_is_plugged_in_again_is_opened_again() {
     });
 }
 
+/// Found by a user: the loop of a run looks at its ports a thousand times a second, and each look began anew, so that an
+/// adapter was never open again.
+#[test]
+fn an_adapter_is_opened_again_however_often_the_wait_is_called_off() {
+    run(async {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ttyACM0");
+        let mut adapter = SlcanAdapter::open(Some(&path)).unwrap();
+        let spec = serial(path.to_str().unwrap());
+        let (host, up) = tokio::join!(SlcanHost::open(&spec, BitRate::Kbit125), adapter.receive());
+        let mut host = host.unwrap();
+        assert_eq!(up, Ok(FrameEvent::Up));
+        drop(adapter);
+        assert_eq!(host.receive().await, Err(PortLost::HungUp));
+
+        let mut adapter = SlcanAdapter::open(Some(&path)).unwrap();
+        let looks = async {
+            let mut looks = 0;
+            while tokio::time::timeout(Duration::from_millis(1), host.reopen()).await.is_err() {
+                // What is sent before the bus is open must not get between the commands.
+                host.send(&frame(1));
+                looks += 1;
+            }
+            looks
+        };
+        let (looks, up) = tokio::join!(looks, adapter.receive());
+        assert_eq!(up, Ok(FrameEvent::Up));
+        host.send(&frame(2));
+        assert_eq!(adapter.receive().await, Ok(FrameEvent::Frame(frame(2))));
+        let counters = host.counters();
+        assert_eq!((counters.returns, counters.frames_out), (1, 1), "{counters:?}");
+        assert_eq!((looks > 1, counters.overrun_frames), (true, looks));
+    });
+}
+
 #[test]
 fn the_rest_of_a_line_that_was_torn_goes_before_the_next() {
     let (mut lines, mut crossed) = (Lines::default(), Vec::new());

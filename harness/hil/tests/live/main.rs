@@ -11,6 +11,7 @@
 //! * [`lease`]: benches that people share.
 //! * [`liars`]: controllers that say what is not so.
 //! * [`ports`]: ports that come and go.
+//! * [`real_ports`]: real devices of a rig, and what is lost at their ports.
 //! * [`table`]: an emulated table on a port.
 //! * [`wrong`]: wrong wiring and settings.
 
@@ -28,6 +29,7 @@ mod lease;
 mod liars;
 mod own_device;
 mod ports;
+mod real_ports;
 mod table;
 mod wrong;
 

@@ -53,7 +53,7 @@ pub use monitor::Monitor;
 pub use plan::{Always, Kind, Property, Sometimes, Stated};
 pub use seen::{Seen, Truth};
 pub use sight::{Sight, Unjudged, View};
-pub use verdict::PropertyVerdict;
+pub use verdict::{Missing, PropertyVerdict};
 
 /// Maximum interval of the truth, as long as anything happens; it is also shown whenever the controller sends. Equal to
 /// the period of a base's reports in motion.

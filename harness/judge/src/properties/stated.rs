@@ -1,7 +1,7 @@
 //! A plan's own properties: formulas over the signals of its rig.
 
 use super::Kind;
-use super::verdict::{NEVER, PropertyVerdict};
+use super::verdict::{Missing, NEVER, PropertyVerdict};
 use described::Decoded;
 use plan::{Reads, Speaker, Stated};
 use record::{Violation, figures};
@@ -23,7 +23,7 @@ pub(super) struct Statement {
     /// When each speaker was first heard, as long as a signal is awaited.
     heard: BTreeMap<usize, Timestamp>,
     /// What was asked for and not answered in time, by a signal that had no value then.
-    unanswered: Option<String>,
+    unanswered: Option<Missing>,
     /// When the last of the others had its first value.
     seen_since: Timestamp,
     violation: Option<Violation>,
@@ -127,33 +127,36 @@ impl Statement {
         if kind == Kind::Sometimes {
             let held = violation.is_some();
             let is_blind = !held && !unseen.is_empty();
-            let never_judged = is_blind.then(|| format!("{NEVER}: {}", no_value(&unseen)));
+            let what = || format!("{NEVER}: {}", no_value(&unseen));
+            let never_judged = is_blind.then(|| Missing { span: (end, end), what: what() });
             return PropertyVerdict { never_judged, ..without_judgement(name, kind, held) };
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
         // A moment at which only a signal is missing that never came: what should have been said was not.
         let missed = judged.filter(|_| violation.is_none() && !unseen.is_empty());
         let missed = missed.and_then(|verdict| verdict.unknown_last);
-        let why = match missed.filter(|(_, until)| *until > seen_since) {
-            Some((from, _)) => {
-                let at_s = from.max(seen_since).as_secs_f64();
-                Some(format!("not judged at {at_s:.3} s: {}", no_value(&unseen)))
+        let never = |what| Some(Missing { span: (end, end), what });
+        let never_judged = match missed.filter(|(_, until)| *until > seen_since) {
+            Some((from, until)) => {
+                let from = from.max(seen_since);
+                let what =
+                    format!("not judged at {:.3} s: {}", from.as_secs_f64(), no_value(&unseen));
+                Some(Missing { span: (from, until), what })
             }
             None if violation.is_some() => None,
             None if judged.is_some() => unanswered,
             None if unseen.is_empty() && horizon == Span::ZERO => {
-                Some("never judged: it was at no moment true or false".to_owned())
+                never("never judged: it was at no moment true or false".to_owned())
             }
-            None if unseen.is_empty() => Some(format!(
+            None if unseen.is_empty() => never(format!(
                 "never judged: the run ended at {} s, and the formula looks {} s ahead",
                 figures::value(end.as_secs_f64(), 0.0),
                 figures::value(horizon.as_secs_f64(), 0.0)
             )),
-            None => Some(format!("never judged: {}", no_value(&unseen))),
+            None => never(format!("never judged: {}", no_value(&unseen))),
         };
-        if let Some(why) = why {
+        if never_judged.is_some() {
             // A property that could not have been violated counts as not held.
-            let never_judged = Some(why);
             return PropertyVerdict { never_judged, ..without_judgement(name, kind, false) };
         }
         PropertyVerdict {
@@ -184,7 +187,7 @@ fn first_unanswered(
     monitor: &mut Monitor,
     awaited: &BTreeMap<usize, Awaited>,
     heard: &BTreeMap<usize, Timestamp>,
-) -> Option<String> {
+) -> Option<Missing> {
     let limit = monitor.limit();
     let mut found = std::iter::from_fn(|| monitor.unanswered()).filter_map(|stretch| {
         let by = stretch.from + limit;
@@ -211,7 +214,8 @@ fn first_unanswered(
             format!("{name} came at {came_s:.3} s, and was not right until {by_s:.3} s")
         }
     };
-    Some(format!("not answered at {at_s:.3} s: {what}"))
+    let what = format!("not answered at {at_s:.3} s: {what}");
+    Some(Missing { span: (from, from + limit), what })
 }
 
 /// The first moment at which the formula did not hold, or at which an always-property could not be judged because a

@@ -19,13 +19,22 @@ pub struct PropertyVerdict {
     pub first_violation: Option<Violation>,
     /// What was missing, for a property that did not hold because the run had nothing to judge it by. A fault of the bus
     /// cannot violate it in this way.
-    pub never_judged: Option<String>,
+    pub never_judged: Option<Missing>,
     /// Robustness, as in the falsification of signal temporal logic: the smallest distance to a violation in the run as
     /// a share of the limit, from 1 (far) over 0 (at the limit) to -1. `None` if there was nothing to judge, and for
     /// sometimes-properties.
     pub margin: Option<f64>,
     /// For a held formula `a -> b`: the text of `a`, if it was true at no moment at which `b` was known.
     pub never_asked: Option<String>,
+}
+
+/// What a property lacked to be judged by.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Missing {
+    /// Since when it was missing, and until when it would have been in time.
+    pub span: (Timestamp, Timestamp),
+    /// What was missing.
+    pub what: String,
 }
 
 /// What a sometimes-property comes to that did not occur.
@@ -43,8 +52,9 @@ impl From<&PropertyVerdict> for PropertySummary {
             never_asked: verdict.never_asked.clone(),
             broken_s: violation.map(|violation| violation.at.as_secs_f64()),
             what: violation
-                .map(|violation| violation.what.clone())
-                .or_else(|| verdict.never_judged.clone())
+                .map(|violation| &violation.what)
+                .or_else(|| verdict.never_judged.as_ref().map(|missing| &missing.what))
+                .cloned()
                 .or_else(|| (!verdict.held).then(|| NEVER.to_owned())),
         }
     }

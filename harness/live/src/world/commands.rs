@@ -4,7 +4,7 @@ use super::LiveWorld;
 use super::bench_work::BenchWork;
 use super::clock::{Alarm, Clock};
 use super::error::LiveError;
-use super::journal::note;
+use super::journal::{Work, note};
 use crate::lines::Places;
 use crate::process::{
     DeviceProcess, Exit, LOG_BYTES_MAX, ProcessEvent, SpawnError, TERMINATE_WAIT,
@@ -233,6 +233,9 @@ impl LiveWorld {
         let mut told = |ended: &Ended, took_s| tell(&mut self.director, sink, now, ended, took_s);
         let names = commands.work.setup.clone();
         let done = commands.one_by_one(&names, "before the run", &mut told, &mut goes_on).await;
+        if !names.is_empty() {
+            self.journal.work = Work::Done(now);
+        }
         done.map_err(|undone| match undone {
             Undone::Stopped => LiveError::Stopped,
             Undone::Failed(why) => {
@@ -265,6 +268,7 @@ impl LiveWorld {
         ended: &Ended,
     ) {
         tell(&mut self.director, sink, now, ended, ended.took_s(now));
+        self.journal.work = Work::Done(now);
         match &ended.why {
             Some(why) => self.director.engine.broke(now, why),
             None => self.director.engine.answered(now),

@@ -49,6 +49,11 @@ impl Eyes {
         Self { watch, unjudged, truth, ear, latest: Timestamp::ZERO }
     }
 
+    /// Whether there is anything to judge.
+    pub(super) const fn judge(&self) -> bool {
+        self.watch.is_some()
+    }
+
     /// Verdicts of the properties, and the properties that could not be judged.
     pub(super) fn close(self, end: Timestamp) -> (Vec<PropertyVerdict>, Vec<Unjudged>) {
         let end = end.max(self.latest);

@@ -35,7 +35,7 @@ pub(super) struct Course {
 #[derive(Debug, Default)]
 struct Misses {
     all: u64,
-    /// In steps with measurements.
+    /// In steps with measurements; those of the harness's own loop in all steps, if properties are judged throughout.
     judged: u64,
     /// In the current step.
     in_step: u64,
@@ -56,6 +56,8 @@ pub(super) struct Lateness {
     missed: Vec<Timestamp>,
     /// Progress of the plan at the start of the step.
     step_began: Course,
+    /// Properties judge the whole run, and every message by the time at which the harness heard it.
+    judged_throughout: bool,
 }
 
 impl Lateness {
@@ -67,7 +69,13 @@ impl Lateness {
             machine: Misses::default(),
             missed: Vec::new(),
             step_began: Course::default(),
+            judged_throughout: false,
         }
+    }
+
+    /// Every miss of the harness's own loop counts: properties judge the whole run.
+    pub(super) const fn judge_throughout(&mut self) {
+        self.judged_throughout = true;
     }
 
     pub(super) const fn late_max(&self) -> Span {
@@ -106,9 +114,14 @@ impl Lateness {
         }
     }
 
-    /// Why the device under test is not to blame for a property that broke at `at`; `None` if it is.
-    pub(super) fn verdict_on_violation(&self, property: &str, at: Timestamp) -> Option<String> {
-        let before = |miss: &&Timestamp| **miss <= at + MISS_GRAIN && at - **miss <= AFTERMATH;
+    /// Why the device under test is not to blame for a property that broke between these times, or that lacked something
+    /// between them; `None` if it is.
+    pub(super) fn verdict_on_violation(
+        &self,
+        property: &str,
+        (from, to): (Timestamp, Timestamp),
+    ) -> Option<String> {
+        let before = |miss: &&Timestamp| **miss <= to + MISS_GRAIN && from - **miss <= AFTERMATH;
         self.missed.iter().find(before)?;
         let when = format!("in all, and shortly before {property} broke");
         self.too_late(|misses| misses.all, &when)
@@ -135,8 +148,10 @@ impl Lateness {
     /// Ends the current step.
     pub(super) fn end_step(&mut self, course: Course) {
         let measured = course.observations > self.step_began.observations;
-        for misses in [&mut self.own, &mut self.machine] {
-            misses.judged += if measured { misses.in_step } else { 0 };
+        for (misses, counts) in
+            [(&mut self.own, measured || self.judged_throughout), (&mut self.machine, measured)]
+        {
+            misses.judged += if counts { misses.in_step } else { 0 };
             misses.in_step = 0;
         }
         self.step_began = course;
@@ -158,16 +173,24 @@ impl Lateness {
     /// programs only made it harder to pass.
     pub(super) fn verdict_on_pass(&self) -> Option<String> {
         let judged = self.own.judged;
-        let late = (judged > 0).then(|| self.late(judged, "while something was measured"))?;
+        let late = (judged > 0).then(|| self.late(judged, self.when_judged()))?;
         Some(format!("{NOT_IN_TIME}: {late}"))
     }
 
     /// Why the device under test is not to blame for a failed plan or an aborted step; `None` if it is.
     pub(super) fn verdict_on_failure(&self) -> Option<String> {
-        self.too_late(|misses| misses.judged, "while something was measured").or_else(|| {
+        self.too_late(|misses| misses.judged, self.when_judged()).or_else(|| {
             let at_end = |misses: &Misses| misses.at_end.unwrap_or_default();
             self.too_late(at_end, "in the step that was broken off")
         })
+    }
+
+    const fn when_judged(&self) -> &'static str {
+        if self.judged_throughout {
+            "while something was judged"
+        } else {
+            "while something was measured"
+        }
     }
 
     fn too_late(&self, of: fn(&Misses) -> u64, when: &str) -> Option<String> {
@@ -261,14 +284,35 @@ mod tests {
     fn a_property_that_broke_soon_after_the_machine_was_late_is_excused() {
         let mut lateness = Lateness::new(Span::from_millis(20));
         lateness.add(AT, Span::from_millis(20));
-        assert_eq!(lateness.verdict_on_violation("fresh_heading", AT), None, "in time");
+        assert_eq!(lateness.verdict_on_violation("fresh_heading", (AT, AT)), None, "in time");
         for _ in 0..3 {
             lateness.add(AT, Span::from_millis(21));
         }
-        let excused = |at| lateness.verdict_on_violation("fresh_heading", at);
+        let excused = |at| lateness.verdict_on_violation("fresh_heading", (at, at));
         let why = excused(AT + AFTERMATH).unwrap();
         assert!(why.contains("3 times in all, and shortly before fresh_heading broke"), "{why}");
         assert_eq!(excused(AT + AFTERMATH + MISS_GRAIN), None, "long before");
         assert_eq!(excused(AT - MISS_GRAIN - MISS_GRAIN), None, "after");
+        let long = AFTERMATH + AFTERMATH;
+        let awaited = lateness.verdict_on_violation("acks", (AT - long, AT + long));
+        assert!(awaited.is_some(), "it was late while an answer was awaited");
+    }
+
+    /// Found by a user: a plan of properties alone passed although its harness had been stopped for 2.5 s, and heard
+    /// two messages at one time that were a second apart.
+    #[test]
+    fn properties_judge_every_step() {
+        let mut lateness = Lateness::new(Span::from_millis(20));
+        lateness.judge_throughout();
+        lateness.add_machine(AT, Span::from_millis(300));
+        lateness.end_step(Course { steps: 1, observations: 0 });
+        assert_eq!(lateness.verdict_on_pass(), None, "only other programs were late");
+        lateness.add(AT, Span::from_millis(300));
+        lateness.end_step(Course { steps: 2, observations: 0 });
+        insta::assert_snapshot!(
+            lateness.verdict_on_pass().unwrap(),
+            @"this machine did not keep real time: late once while something was judged, by 300 ms at worst, where 20 ms are allowed"
+        );
+        assert_eq!(lateness.timing(None, String::new()).misses_judged, 1);
     }
 }

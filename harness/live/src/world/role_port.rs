@@ -4,6 +4,7 @@ use ports::pty::PtyPort;
 use ports::{
     AnyPort, ByteEvent, BytePort, Counters, FrameEvent, FramePort, PortError, PortLost, PortSpec,
 };
+use record::figures;
 use wire::can::{BitRates, CanFrame};
 use wire::can_error::CanErrorEvent;
 use wire::packet::Packet;
@@ -36,6 +37,38 @@ pub enum Traffic {
     Bytes(SerialSettings),
     /// Frames, on a bus that should have these rates.
     Frames(BitRates),
+}
+
+/// What leads to the other side of a port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Link {
+    /// A pty that was made here.
+    Pty,
+    /// An adapter that is emulated here, on a pty that was made here.
+    EmulatedAdapter,
+    Serial,
+    /// An interface of the kernel.
+    Interface,
+    Adapter,
+}
+
+impl Link {
+    /// Bytes or frames that were to be sent and found no room. At an emulated adapter nobody may be on the bus, and
+    /// nothing is lost.
+    pub(super) const fn unsent(self, counters: &Counters) -> u64 {
+        match self {
+            Self::Pty | Self::Serial => counters.overrun_bytes,
+            Self::Interface | Self::Adapter => counters.overrun_frames,
+            Self::EmulatedAdapter => 0,
+        }
+    }
+
+    pub(super) fn counted(self, count: u64) -> String {
+        match self {
+            Self::Pty | Self::Serial => figures::counted(count, "byte", "bytes"),
+            _ => figures::counted(count, "frame", "frames"),
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -75,6 +108,23 @@ impl RolePort {
     /// Path that the other side opens; `None` if that is a device.
     pub fn far_path(&self) -> Option<&str> {
         self.medium.far_path()
+    }
+
+    pub(super) fn link(&self) -> Link {
+        match &self.medium {
+            AnyPort::Bytes(port) => match &**port {
+                BytePort::Pty(_) => Link::Pty,
+                BytePort::Serial(_) => Link::Serial,
+            },
+            AnyPort::Frames(FramePort::Can(_)) => Link::Interface,
+            AnyPort::Frames(FramePort::SlcanHost(_)) => Link::Adapter,
+            AnyPort::Frames(FramePort::SlcanAdapter(_)) => Link::EmulatedAdapter,
+        }
+    }
+
+    /// Bytes or frames that were to be sent and found no room.
+    pub(super) fn unsent(&self) -> u64 {
+        self.link().unsent(&self.counters())
     }
 
     pub(super) fn counters(&self) -> Counters {

@@ -4,6 +4,7 @@ use super::LiveWorld;
 use super::clock::Clock;
 use super::device_under_test::Running;
 use super::journal::note;
+use super::losses::Losses;
 use judge::properties::Seen;
 use record::sink::RecordSink;
 use record::{Device, FaultSummary};
@@ -52,8 +53,14 @@ impl LiveWorld {
     }
 
     /// Records the counts that no measurement covers, and returns them.
-    pub(super) fn end_notes(&self, now: Timestamp, sink: &mut dyn RecordSink) -> Vec<String> {
-        let notes = self.rig.remarks();
+    pub(super) fn end_notes(
+        &self,
+        now: Timestamp,
+        sink: &mut dyn RecordSink,
+        losses: &Losses,
+    ) -> Vec<String> {
+        let mut notes = self.rig.remarks();
+        notes.extend_from_slice(&losses.notes);
         for text in &notes {
             note(sink, now, Device::Plan, text.clone());
         }

@@ -37,10 +37,10 @@ impl LiveWorld {
             Heard::Misreport(what) => self.director.engine.failed(now, &what),
             Heard::Note(what) => note(sink, now, Device::Controller, what),
             Heard::Port(role, event) => {
-                let name = device.in_process().and_then(|here| here.port(role));
-                let name = name.map_or("", |port| port.name());
+                let port = device.in_process().and_then(|here| here.port(role));
+                let port = port.map_or(("", 0), |port| (port.name(), port.unsent()));
                 let whose = (role.into(), PortSide::Controller);
-                if let Some(what) = self.journal.take(now, whose, name, &event) {
+                if let Some(what) = self.journal.take(now, whose, port, &event) {
                     note(sink, now, Device::Controller, what);
                 }
             }

@@ -4,7 +4,8 @@ use super::LiveWorld;
 use super::clock::Clock;
 use super::commands::Commands;
 use super::device_under_test::Running;
-use super::journal::note;
+use super::journal::{Work, note};
+use super::placement::Player;
 use super::ports::{BASE, GYRO, OpenPort, PortPlan, Ports};
 use super::role_port::PortEvent;
 use judge::properties::Seen;
@@ -81,7 +82,8 @@ impl LiveWorld {
                     self.see(now, &Seen::BusOff);
                 }
                 let whose = (plan.role.clone(), plan.side);
-                if let Some(what) = self.journal.take(now, whose, port.name(), &event) {
+                let port = (port.name(), port.unsent());
+                if let Some(what) = self.journal.take(now, whose, port, &event) {
                     note(sink, now, plan.who, what);
                 }
             }
@@ -241,7 +243,13 @@ impl LiveWorld {
                     faults.phase(now, event);
                     continue;
                 }
+                if let Action::Order(Order::PowerCycle { device, .. }) = &action
+                    && matches!(self.setting.site.player(device), Some(Player::Real(_)))
+                {
+                    self.journal.work = Work::UnderWay;
+                }
                 if let Action::Order(Order::Command(name)) = &action {
+                    self.journal.work = Work::UnderWay;
                     if let Err(why) =
                         commands.start(now, &format!("at {:.3} s", now.as_secs_f64()), name)
                     {

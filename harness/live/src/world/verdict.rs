@@ -2,11 +2,13 @@
 
 use super::LiveWorld;
 use super::device_under_test::{DeviceUnderTest, Running};
-use super::journal::blame_bench;
+use super::journal::{self, blame_bench};
 use super::lateness::Lateness;
+use super::losses::Losses;
 use super::placement::Player;
 use super::ports::{BASE, GYRO, OpenPort, Ports};
-use judge::properties::PropertyVerdict;
+use super::role_port::RolePort;
+use judge::properties::{Kind, PropertyVerdict};
 use ports::PortSpec;
 use ports::spec::SerialDevice;
 use record::outcome::{Outcome, PortSide, PortSummary, Timing};
@@ -27,15 +29,17 @@ pub struct LiveEnd {
     pub artifacts: Vec<String>,
 }
 
-/// A property that broke because this machine was late is a failure of the bench.
+/// A property that broke, or was not answered, because this machine was late is a failure of the bench.
 pub(super) fn excuse(
     ending: Ending,
     properties: &[PropertyVerdict],
     lateness: &Lateness,
 ) -> Ending {
     let late = properties.iter().find_map(|verdict| {
-        let violation = verdict.first_violation.as_ref()?;
-        lateness.verdict_on_violation(&verdict.name, violation.at)
+        let broken = verdict.first_violation.as_ref().map(|violation| (violation.at, violation.at));
+        let missing = verdict.never_judged.as_ref().filter(|_| verdict.kind == Kind::Always);
+        let span = broken.or_else(|| missing.map(|missing| missing.span))?;
+        lateness.verdict_on_violation(&verdict.name, span)
     });
     match (ending.outcome, late) {
         (Outcome::Passed | Outcome::Failed | Outcome::Timeout, Some(why)) => {
@@ -52,8 +56,37 @@ fn is_gone(spec: &PortSpec) -> bool {
 }
 
 impl LiveWorld {
+    /// What was lost at the ports.
+    pub(super) fn losses(&self, ports: &Ports, device: &Running) -> Losses {
+        let mut losses = Losses::default();
+        let mut add = |role: &Arc<str>, side, port: &RolePort| {
+            let absences = self.journal.absences(&(Arc::clone(role), side));
+            let whose = journal::whose(role, side, port.name());
+            losses.add((&whose, side), port.link(), &port.counters(), absences);
+        };
+        for OpenPort { plan, port, .. } in &ports.open {
+            add(&plan.role, plan.side, port);
+        }
+        for role in [GYRO, BASE] {
+            if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
+                add(&role.into(), PortSide::Controller, port);
+            }
+        }
+        losses
+    }
+
     /// The ending, adjusted for problems of the ports and the machine.
-    pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
+    pub(super) fn judge(
+        &self,
+        ending: Ending,
+        end: Timestamp,
+        ports: &Ports,
+        losses: &Losses,
+    ) -> Ending {
+        let ending = match (&losses.why, ending.outcome) {
+            (None, _) | (_, Outcome::Error | Outcome::Aborted) => ending,
+            (Some(why), _) => blame_bench(ending, why),
+        };
         let ending = self.journal.explain(self.blame_missing(ending), end);
         let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
         let miswired = ports.miswired(gyro);
@@ -122,7 +155,7 @@ impl LiveWorld {
 #[cfg(test)]
 mod tests {
     use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse};
-    use judge::properties::Kind;
+    use judge::properties::{Kind, Missing};
     use record::Violation;
     use wire::time::Span;
 
@@ -142,7 +175,25 @@ mod tests {
         let mut lateness = Lateness::new(Span::from_millis(20));
         let ended = excuse(passed(), std::slice::from_ref(&broken), &lateness);
         assert_eq!(ended.outcome, Outcome::Passed, "in time: it counts");
-        lateness.add(at, Span::from_millis(300));
+        lateness.add_machine(at, Span::from_millis(300));
+        let what = "not answered".to_owned();
+        let unanswered = PropertyVerdict {
+            first_violation: None,
+            never_judged: Some(Missing { span: (at, at + Span::from_secs(1)), what }),
+            ..broken.clone()
+        };
+        for verdict in [&broken, &unanswered] {
+            let ended = excuse(passed(), std::slice::from_ref(verdict), &lateness);
+            assert_eq!(ended.outcome, Outcome::Error);
+        }
+        let long_ago = PropertyVerdict {
+            never_judged: Some(Missing {
+                span: (at + Span::from_secs(60), at + Span::from_secs(61)),
+                what: "not answered".to_owned(),
+            }),
+            ..unanswered
+        };
+        assert_eq!(excuse(passed(), &[long_ago], &lateness).outcome, Outcome::Passed);
         let ended = excuse(passed(), &[broken], &lateness);
         assert_eq!(ended.outcome, Outcome::Error);
         assert!(ended.reason.unwrap().contains("shortly before fresh_heading broke"));
