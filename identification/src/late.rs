@@ -4,6 +4,9 @@ use crate::problem::{Aggregate, Block, Channels};
 use crate::robust::Moments;
 use crate::signal::interpolate;
 
+/// Longest time after which a sensor shows what is, s. Assumption: gas analysers with their lines take minutes, and hardly anything
+/// takes longer. What is stamped later has a clock that nobody set.
+pub(crate) const SENSOR_LATE_MAX: f64 = 400.0;
 /// Number of samples up to which every one is tried as a delay, and the factor between larger ones.
 const EACH: usize = 40;
 const FACTOR: f64 = 1.05;
@@ -86,7 +89,7 @@ fn rest(pairs: &[(f64, f64)]) -> f64 {
 pub(crate) fn delay_of(block: &Block, channels: &Channels) -> Option<f64> {
     let is_heading = match block.aggregate {
         Aggregate::Row => false,
-        // Between sparse headings the rotation is the gyro's own, which is never late.
+        // Beside sparse headings there are few readings to compare; the delays that are tried anyway are near enough.
         Aggregate::Level if 2 * block.rows.len() > channels.time.len() => true,
         _ => return None,
     };

@@ -159,6 +159,19 @@ fn a_coarse_encoder_says_the_angle_where_it_steps() {
     }
 }
 
+/// Delays were added up over rows from their ends, half a row late, and between sparse headings the gyro itself told the course: a
+/// scale of +0.006 came out as -0.017 and as +0.085, and a delay of 100 ms as one of 101 ms and of 81 ms.
+#[test]
+fn a_long_delay_leaves_the_scale_alone() {
+    for (noise, every, step) in [(0.03, 1, None), (0.5, 20, None), (0.0, 1, Some(1.0))] {
+        let found = Recording { late: 0.1, noise, every, step, ..PLAIN }.found();
+        let (delay, [scale, error]) = (number(&found, "delay"), scale(&found));
+        assert!((delay - 0.1).abs() < if every > 1 { 3e-3 } else { 7e-4 }, "{every}: {delay}");
+        let off = (scale - 0.006).abs();
+        assert!(off < 1.5e-3 || off < 4.0 * error, "{every} {step:?}: {scale} {error}");
+    }
+}
+
 /// The first readings of a late gyro are of motion before the record, so the error of the angle grew from there on.
 #[test]
 fn the_error_of_the_angle_falls_with_a_long_delay() {

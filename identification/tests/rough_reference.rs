@@ -64,3 +64,39 @@ fn the_noise_of_a_reference_beside_slow_noise_of_the_sensor_is_no_lag() {
         assert_eq!(finding.set_aside, [], "{every} {seed}");
     }
 }
+
+/// A gyro in slow motion whose rate is measured five times a second, with noise of half the motion.
+fn slow_gyro(seed: u64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut columns: [Vec<f64>; 3] = Default::default();
+    for run in 0..RUNS {
+        for row in 0..ROWS {
+            let at = 0.01 * row as f64 + 40.0 * run as f64;
+            let rate: f64 = [1.3, 3.0, 5.2, 8.2].iter().map(|beat| (beat * at).sin()).sum();
+            let seen = if row.is_multiple_of(20) { rate + 0.5 * draw() } else { f64::NAN };
+            let values = [at, 1.006 * rate + 0.5 + 0.3 * draw(), seen];
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+    }
+    let named = [
+        ("time", Role::Time, Unit::Second),
+        ("gyro", Role::GyroRate, Unit::DegreePerSecond),
+        ("table", Role::ReferenceRate, Unit::DegreePerSecond),
+    ];
+    let columns = named.into_iter().zip(columns);
+    let columns = columns.map(|((name, role, unit), v)| Column::new(name, role, unit, v)).collect();
+    Dataset::new("slow", Kind::Series, columns, (0..RUNS * ROWS).map(|row| row / ROWS).collect())
+}
+
+/// The noise of each reference was in the rate that the readings are compared with: a scale of -1 and four waves explained it.
+#[test]
+fn the_noise_of_sparse_rates_is_no_scale_error() {
+    for seed in 1..4 {
+        let finding = found(&slow_gyro(seed));
+        assert_eq!(finding.effects, [], "{seed}");
+        let scale = finding.base.iter().find(|one| one.name == "scale_factor").unwrap();
+        let error = scale.standard_error.unwrap();
+        assert!((scale.value - 0.006).abs() < 4.0 * error && error < 0.03, "{seed}: {scale:?}");
+    }
+}

@@ -2,16 +2,13 @@
 
 use super::formula::{Formula, call, number};
 use crate::fit::Found;
+use crate::late::SENSOR_LATE_MAX;
 use crate::model::{Acts, Form, Shape};
 use crate::units::{lasting, short};
 
 /// Standard errors at which a slope differs from zero. Within its error of zero, a reading agrees with any truth (Fieller
 /// 1954). Errors of real data are those of a noise model that they keep roughly, hence four and not two.
 const TOLD: f64 = 4.0;
-
-/// Longest time after which a sensor shows what is, s. Assumption: gas analysers with their lines take minutes, and hardly anything
-/// takes longer. What is stamped later has a clock that nobody set.
-const LATE_MAX: f64 = 400.0;
 
 /// A coefficient of the constants that act so: the sum and its error.
 fn sum_of(found: &[Found], is_it: impl Fn(&Shape) -> bool) -> (f64, f64) {
@@ -41,7 +38,7 @@ pub(super) fn refusal(field: &str, found: &[Found]) -> Option<String> {
     let why = |text: String| Some(format!("`{field}` has no compensation: {text}"));
     let (gain, error) = gain(found);
     let (late, _) = sum_of(found, |shape| (shape.acts, shape.form) == (Acts::Delay, Form::Delay));
-    if late.abs() > LATE_MAX {
+    if late.abs() > SENSOR_LATE_MAX {
         let (time, way) = (lasting(late.abs()), if late > 0.0 { "late" } else { "early" });
         return why(format!(
             "its time stamps are {time} {way}, longer than any sensor takes; set its clock or that of the reference, and \

@@ -4,9 +4,9 @@ use super::see::{Field, Fixed, field, fixed, fixed_or, heat, is_noise, see};
 use super::spline::{REACH, cardinal, hats};
 use super::{Acts, Driver, Form, Wrap, beside};
 use crate::dataset::Role;
-use crate::problem::{Block, Channels, Exposure, Over};
+use crate::problem::{Aggregate, Block, Channels, Exposure, Over};
 use crate::robust;
-use crate::signal::interpolate_along;
+use crate::signal::{interpolate_along, since_before};
 use std::f64::consts::TAU;
 
 /// Name of the number of a delay that says how much of what is measured is late: all of it, its scale error included.
@@ -339,19 +339,20 @@ impl Shape {
     pub fn observed(&self, block: &Block, channels: &Channels) -> Option<Vec<Vec<f64>>> {
         let exposure = exposure(block, self.acts)?;
         let columns = self.within_rows(channels)?;
+        let adds_up = block.aggregate == Aggregate::Level;
         let beside = beside(&self.name, (self.acts, self.form), block);
         Some(
             columns
                 .into_iter()
                 .map(|mut column| {
+                    adds_up.then(|| since_before(&mut column));
                     let more = beside.iter().map(|(acts, per_row)| {
                         let also = column.iter().zip(per_row).map(|(value, per)| value * per);
                         block.observe(*acts, also.collect(), &channels.run)
                     });
                     let more: Vec<Vec<f64>> = more.collect();
-                    for (value, per) in column.iter_mut().zip(&exposure.per_row) {
-                        *value *= per;
-                    }
+                    let both = column.iter_mut().zip(&exposure.per_row);
+                    both.for_each(|(value, per)| *value *= per);
                     let mut seen = block.observe(self.acts, column, &channels.run);
                     for more in more {
                         seen.iter_mut().zip(more).for_each(|(seen, more)| *seen += more);

@@ -1,5 +1,6 @@
 //! Turns fits into the output of the contract: findings, models, predictions and report data.
 
+mod delay;
 mod diagnostics;
 mod effects;
 mod phrases;

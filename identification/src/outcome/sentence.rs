@@ -1,11 +1,12 @@
 //! Causes in sentences, as one engineer would write them to another.
 
+use super::delay::{delay, is_delay};
 use super::phrases::{number, of_axis, plain, quantity, seen, subject, why_it_drifts, with_unit};
 use super::polynomial::is_polynomial;
 use crate::dataset::Drive;
 use crate::finding::Effect;
 use crate::model::{ONE_WHEEL, WHEEL_SIZE};
-use crate::units::{lasting, short, si_factor, unit_of_time};
+use crate::units::{lasting, short, si_factor};
 
 /// A sentence for each cause, of a robot driven so. Late axes share one delay.
 pub(super) fn causes(effects: &[Effect], drive: Option<Drive>) -> Vec<String> {
@@ -31,41 +32,6 @@ pub(super) fn causes(effects: &[Effect], drive: Option<Drive>) -> Vec<String> {
         })
         .collect()
 }
-
-fn is_delay(effect: &Effect) -> bool {
-    (effect.term.as_str(), effect.name.as_str()) == ("delay", "delay")
-}
-
-/// Sentence for a common delay or lead of all these axes; `None` if they differ.
-fn delay(effects: &[&Effect]) -> Option<String> {
-    let sizes = effects.iter().map(|effect| effect.parameters.first().map(|one| one.value));
-    let sizes: Vec<f64> = sizes.collect::<Option<_>>()?;
-    let late = sizes.iter().all(|size| *size >= 0.0);
-    let ends = sizes.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), size| {
-        (low.min(size.abs()), high.max(size.abs()))
-    });
-    if !(late || sizes.iter().all(|size| *size < 0.0)) || ends.1 > SAME_DELAY * ends.0 {
-        return None;
-    }
-    let (unit, one) = unit_of_time(ends.1);
-    let [low, high] = [ends.0, ends.1].map(|size| short(size / one));
-    let size = if low == high { low } else { format!("{low} to {high}") };
-    let way = if late { "later" } else { "earlier" };
-    let axes: Vec<String> = effects.iter().map(|effect| of_axis(effect)).collect();
-    let of = match axes.as_slice() {
-        [one] => one.clone(),
-        [others @ .., last] => {
-            let axes = others.iter().map(|axis| axis.trim_start_matches(" of axis "));
-            let last = last.trim_start_matches(" of axis ");
-            format!(" of axes {} and {last}", axes.collect::<Vec<_>>().join(", "))
-        }
-        [] => String::new(),
-    };
-    Some(format!("What is measured{of} comes {size} {unit} {way} than the reference."))
-}
-
-/// Delays of axes within this factor are one delay.
-const SAME_DELAY: f64 = 1.5;
 
 /// A sentence for what the package states wrongly about a field.
 fn set_right(effect: &Effect) -> Option<String> {
@@ -347,10 +313,10 @@ mod tests {
             cause(&effect("delay", "delay", "delay", 0.00425, "s"), None),
             "What is measured comes 4.25 ms later than the reference."
         );
-        // Two recordings whose clocks nobody set.
+        // Later than any sensor.
         assert_eq!(
             cause(&effect("delay", "delay", "delay", -7682.4, "s"), None),
-            "What is measured comes 2.13 h earlier than the reference."
+            "The clocks of what is measured and of the reference are 2.13 h apart: its time stamps come earlier."
         );
         assert_eq!(
             cause(&effect("bandwidth", "delay", "delay", 980.0, "s"), None),

@@ -1,13 +1,12 @@
 //! Samples of a gyro against a heading.
 
 use super::channels::Channels;
+use super::course::{course, turns, within};
 use super::gyro::{GYRO_CONSTANTS, angle_unit, exposures, rate_unit};
 use super::rate::{Rate, counts_per_unit, rates, steps};
 use super::{Aggregate, Block, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role, Unit};
-use crate::signal::{Smooth, interpolate, running_total};
-use crate::{late, rounding};
-use std::ops::Range;
+use crate::rounding;
 
 pub(super) fn against_heading(
     rate: &Rate<'_>,
@@ -25,7 +24,7 @@ pub(super) fn against_heading(
     };
     let read: Vec<f64> = rate.values.iter().map(|value| value / factor).collect();
     let nominal = turns(channels, &read, rate.is_mean, &steps);
-    let headings = at_edges(channels, headings, &nominal);
+    let headings = at_edges(channels, headings);
     let mut time_step = vec![0.0; headings.len()];
     for range in &channels.segments {
         time_step[range.start + 1..range.end].copy_from_slice(&steps[range.start + 1..range.end]);
@@ -50,7 +49,7 @@ pub(super) fn against_heading(
         }
     }
     let mut turned = turned(channels, (&rows, &residual), &nominal, &time_step);
-    let (course, delay) = course(channels, (&rows, &residual), (rate, factor), &nominal, &turned);
+    let (course, delay) = course(channels, (&rows, &residual), (&read, rate.is_mean), &nominal);
     // What is late shows at first what was before the record.
     let within = within(channels, delay);
     residual =
@@ -58,15 +57,14 @@ pub(super) fn against_heading(
     rows.retain(|row| within[*row]);
     // From one heading to the next the turn has their noise, which is in the residual as well.
     for range in &channels.segments {
-        for row in range.start + 1..range.end {
-            let step = course.level[row] - course.level[row - 1];
-            if step.is_finite() {
-                turned[row] = step;
+        if range.clone().filter(|&row| headings[row].is_finite()).count() >= HEADINGS_MIN {
+            for row in range.start + 1..range.end {
+                turned[row] = f64::midpoint(course[row - 1], course[row]) * time_step[row];
             }
         }
     }
     if channels.rotation.is_empty() {
-        channels.rotation = course.slope;
+        channels.rotation = course;
         channels.rotation_unit = if rate.column.unit.dimension() == Dimension::AngularRate {
             rate.column.unit
         } else {
@@ -90,6 +88,9 @@ pub(super) fn against_heading(
         ..Block::of_readings(rate.column, rows, |_| 0.0, angle_unit(reference.unit))
     }
 }
+
+/// Headings in a stretch from which their noise can be told.
+const HEADINGS_MIN: usize = 3;
 
 /// True turn in each row: what the gyro says of it, and the error since the reference before, spread evenly over the time in
 /// between. A scale error is one of this, and not of what the gyro says, whose noise and delay are in the residual as well.
@@ -118,90 +119,6 @@ fn turned(
     turned
 }
 
-/// Turn in each row of a gyro that reads these rates.
-fn turns(channels: &Channels, read: &[f64], is_mean: bool, steps: &[f64]) -> Vec<f64> {
-    let mut found = vec![0.0; read.len()];
-    for range in &channels.segments {
-        for row in range.start + 1..range.end {
-            let now = if read[row].is_finite() { read[row] } else { 0.0 };
-            let before = if read[row - 1].is_finite() { read[row - 1] } else { now };
-            found[row] = if is_mean { now } else { (now + before) / 2.0 } * steps[row];
-        }
-    }
-    found
-}
-
-/// Headings in a stretch from which their noise can be told.
-const HEADINGS_MIN: usize = 3;
-
-/// The course of the rotation: that of the gyro less its noise and its delay, and less its error, which is a smooth course through
-/// the headings. It holds the noise of neither. The level is not a number where too few headings tell their noise.
-fn course(
-    channels: &Channels,
-    (rows, residual): (&[usize], &[f64]),
-    (rate, factor): (&Rate<'_>, f64),
-    nominal: &[f64],
-    turned: &[f64],
-) -> (Smooth, f64) {
-    let steps = steps(channels);
-    let read: Vec<f64> = rate.values.iter().map(|value| value / factor).collect();
-    let mut read = channels.smooth(&read).level;
-    read.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
-    let mut delay = 0.0;
-    // Between sparse headings only the gyro tells the course, which is never late then.
-    if 2 * rows.len() > read.len() {
-        let rough = channels.smooth(&running_total(turned)).slope;
-        let of = |range: &Range<usize>| late::Stretch {
-            times: &channels.time[range.clone()],
-            truth: &rough[range.clone()],
-            readings: read[range.clone()].iter().copied().enumerate().collect(),
-        };
-        let stretches: Vec<late::Stretch<'_>> = channels.segments.iter().map(of).collect();
-        delay = late::delay(&stretches, channels.interval()).unwrap_or(0.0);
-        read = moved(channels, &read, &rough, delay);
-    }
-    let own = running_total(&turns(channels, &read, rate.is_mean, &steps));
-    let measured = running_total(nominal);
-    let mut error = vec![f64::NAN; read.len()];
-    for (&row, residual) in rows.iter().zip(residual) {
-        error[row] = residual + own[row] - measured[row];
-    }
-    let smooth = channels.smooth(&error);
-    let mut level: Vec<f64> =
-        own.iter().zip(&smooth.level).map(|(own, error)| own - error).collect();
-    for range in &channels.segments {
-        let headings = error[range.clone()].iter().filter(|error| error.is_finite());
-        if headings.count() < HEADINGS_MIN {
-            level[range.clone()].fill(f64::NAN);
-        }
-    }
-    let slope = read.iter().zip(&smooth.slope).map(|(read, error)| read - error).collect();
-    (Smooth { level, slope }, delay)
-}
-
-/// What is `read` at each row, `delay` s later; beyond the ends of a stretch what is `rough`.
-fn moved(channels: &Channels, read: &[f64], rough: &[f64], delay: f64) -> Vec<f64> {
-    let within = within(channels, -delay);
-    let mut found = rough.to_vec();
-    for range in &channels.segments {
-        let (times, read) = (&channels.time[range.clone()], &read[range.clone()]);
-        for row in range.clone().filter(|&row| within[row]) {
-            found[row] = interpolate(times, read, channels.time[row] + delay);
-        }
-    }
-    found
-}
-
-/// Rows before which, by `delay` s, their stretch has begun and not ended.
-fn within(channels: &Channels, delay: f64) -> Vec<bool> {
-    let of = |range: &Range<usize>| {
-        let times = &channels.time[range.clone()];
-        let ends = [times[0], times[times.len() - 1]];
-        times.iter().map(move |time| time - delay >= ends[0] && time - delay <= ends[1])
-    };
-    channels.segments.iter().flat_map(of).collect()
-}
-
 /// Share of the changes of an encoder that is coarse beside its motion that are a single step of it.
 const SINGLE: f64 = 0.5;
 /// Changes that are enough to go by.
@@ -209,7 +126,7 @@ const CHANGES_MIN: usize = 50;
 
 /// Headings of a coarse encoder where it steps: there it says the angle best, halfway between its values, and elsewhere it errs
 /// like the angle itself. Other headings stay as they are.
-fn at_edges(channels: &Channels, headings: Vec<f64>, nominal: &[f64]) -> Vec<f64> {
+fn at_edges(channels: &Channels, headings: Vec<f64>) -> Vec<f64> {
     let Some(step) = rounding::step(&headings) else { return headings };
     let known = |row: &usize| (headings[*row] + headings[row - 1]).is_finite();
     let rows = channels.segments.iter().flat_map(|range| range.start + 1..range.end);
@@ -222,10 +139,19 @@ fn at_edges(channels: &Channels, headings: Vec<f64>, nominal: &[f64]) -> Vec<f64
     if !is_coarse || changes.len() < CHANGES_MIN {
         return headings;
     }
+    // It stepped between the two rows, at that angle and about that time; it turns as it does from the edge before to the next.
+    let edge = |row: usize| headings[row - 1] + 0.5 * jump(row);
+    let time = |row: usize| f64::midpoint(channels.time[row - 1], channels.time[row]);
+    let stretch = channels.segment_of_rows();
     let mut found = vec![f64::NAN; headings.len()];
-    for row in changes {
-        // It stepped between the two rows.
-        found[row] = headings[row - 1] + 0.5 * (jump(row) + nominal[row]);
+    for (at, &row) in changes.iter().enumerate() {
+        let near = &changes[at.saturating_sub(1)..changes.len().min(at + 2)];
+        let near: Vec<usize> =
+            near.iter().copied().filter(|other| stretch[*other] == stretch[row]).collect();
+        let (first, last) = (near[0], near[near.len() - 1]);
+        let rate = wrap(edge(last) - edge(first)) / (time(last) - time(first));
+        let since = channels.time[row] - time(row);
+        found[row] = edge(row) + if rate.is_finite() { rate * since } else { 0.0 };
     }
     found
 }

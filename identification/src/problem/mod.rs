@@ -2,6 +2,7 @@
 //! term per unit.
 
 mod channels;
+mod course;
 mod driven;
 mod gyro;
 mod heading;

@@ -80,8 +80,8 @@ pub(super) fn is_dense(truth: &[f64]) -> bool {
 }
 
 /// What is measured at every row: a dense reference, and what is missing of it on a line between its neighbours. Between sparse
-/// references it follows a cubic through them, or the course of the readings corrected to them, whichever tells a reference
-/// better from those around it.
+/// references it follows a cubic through them, or the course of the readings less a smooth course of their error, whichever tells a
+/// reference better from those around it.
 pub(super) fn everywhere(channels: &Channels, truth: &[f64], readings: &[f64]) -> Vec<f64> {
     let mut found = Vec::with_capacity(truth.len());
     if is_dense(truth) {
@@ -112,23 +112,29 @@ pub(super) fn everywhere(channels: &Channels, truth: &[f64], readings: &[f64]) -
         }
         if found.is_empty() { f64::INFINITY } else { robust::spread(&found) }
     };
-    // Leaving a reference out doubles the distance between those around it: sixteen times the error of a cubic, four of a line.
-    let by_readings = !(missed(truth, 2) < 4.0 * missed(&error, 1));
+    // Noise of the references would be in what they are compared with, and a scale of zero would explain it.
+    if !(missed(truth, 2) < missed(&error, 1)) {
+        let error = channels.smooth(&error).level;
+        let sum = |(reading, error): (&f64, &f64)| match reading + error {
+            sum if sum.is_finite() => sum,
+            _ if reading.is_finite() => *reading,
+            _ => 0.0,
+        };
+        return course.iter().zip(&error).map(sum).collect();
+    }
     for range in &channels.segments {
-        let (times, known) = finite(channels, range, if by_readings { &error } else { truth });
+        let (times, known) = finite(channels, range, truth);
         for row in range.clone() {
             let time = channels.time[row];
-            let reading = if course[row].is_finite() { course[row] } else { 0.0 };
             let above = times.partition_point(|other| *other <= time);
-            let told = match by_readings {
-                false if above > 1 && above + 1 < times.len() => {
-                    let four = above - 2..above + 2;
-                    polynomial(&times[four.clone()], &known[four], time)
-                }
-                _ => interpolate(&times, &known, time),
+            let told = if above > 1 && above + 1 < times.len() {
+                let four = above - 2..above + 2;
+                polynomial(&times[four.clone()], &known[four], time)
+            } else {
+                interpolate(&times, &known, time)
             };
-            let own = if by_readings { reading } else { 0.0 };
-            found.push(if told.is_finite() { own + told } else { reading });
+            let reading = if course[row].is_finite() { course[row] } else { 0.0 };
+            found.push(if told.is_finite() { told } else { reading });
         }
     }
     found

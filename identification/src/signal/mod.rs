@@ -4,7 +4,7 @@ mod memory;
 mod smooth;
 
 pub use memory::{first_order, play, undecided};
-pub use smooth::{Smooth, smooth};
+pub use smooth::{Beside, Smooth, smooth};
 
 /// Sum of `values` up to each of them.
 pub fn running_total(values: &[f64]) -> Vec<f64> {
@@ -13,6 +13,13 @@ pub fn running_total(values: &[f64]) -> Vec<f64> {
         Some(*sum)
     };
     values.iter().scan(0.0, add).collect()
+}
+
+/// Means of each of `values` and the one before (trapezoidal rule): what adds up does so over the time in between.
+pub fn since_before(values: &mut [f64]) {
+    for at in (1..values.len()).rev() {
+        values[at] = f64::midpoint(values[at - 1], values[at]);
+    }
 }
 
 /// Linear interpolation of `(times, values)` at `at`; the ends are held. `times` are increasing.

@@ -51,6 +51,84 @@ type State = [f64; 2];
 /// Variances of level and slope, and their covariance in the middle.
 type Covariance = [f64; 3];
 
+/// A diffuse start, in units of the measurement noise: wider than the process wanders over the record.
+fn start(times: &[f64], ratio: f64) -> Covariance {
+    let span = (times[times.len() - 1] - times[0]).max(1e-9);
+    let wide = 1e7 * (1.0 + ratio * span.powi(3));
+    [wide, 0.0, wide / (span * span)]
+}
+
+/// The covariance `dt` later.
+fn advanced([a, b, c]: Covariance, dt: f64, ratio: f64) -> Covariance {
+    [
+        a + 2.0 * dt * b + dt * dt * c + ratio * dt.powi(3) / 3.0,
+        b + dt * c + ratio * dt * dt / 2.0,
+        c + ratio * dt,
+    ]
+}
+
+/// Products of three series beside a smooth course of each of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Beside {
+    /// Sums of the products of their innovations.
+    pub products: [[f64; 3]; 3],
+    /// Number of innovations, and the logarithm of the determinant of their covariance.
+    count: f64,
+    log_det: f64,
+}
+
+impl Beside {
+    /// Ratios that are tried for samples that lie `interval` apart.
+    pub fn ratios(interval: f64) -> impl Iterator<Item = f64> {
+        let unit = interval.powi(-3);
+        (RATIO_EXPONENT_MIN..=RATIO_EXPONENT_MAX)
+            .map(move |exponent| unit * RATIO_STEP.powi(exponent))
+    }
+
+    /// Adds a stretch of time. A row takes part if all of its values are numbers.
+    pub fn add(&mut self, times: &[f64], values: [&[f64]; 3], ratio: f64) {
+        let is_known = |i: &usize| values.iter().all(|values| values[*i].is_finite());
+        let mut rows = (0..times.len()).filter(is_known);
+        let Some(first) = rows.next() else { return };
+        let mut states: [State; 3] = std::array::from_fn(|k| [values[k][first], 0.0]);
+        let mut p = start(times, ratio);
+        let (mut before, mut used) = (first, 0_usize);
+        for i in std::iter::once(first).chain(rows) {
+            let dt = times[i] - times[before];
+            p = advanced(p, dt, ratio);
+            let s = p[0] + 1.0;
+            let gain = [p[0] / s, p[1] / s];
+            p = [p[0] / s, p[1] / s, p[2] - gain[1] * p[1]];
+            let mut errors = [0.0; 3];
+            for ((state, values), error) in states.iter_mut().zip(values).zip(&mut errors) {
+                state[0] += dt * state[1];
+                *error = values[i] - state[0];
+                state[0] += gain[0] * *error;
+                state[1] += gain[1] * *error;
+            }
+            // The first two only locate the start of the course.
+            if used >= 2 {
+                for (row, one) in self.products.iter_mut().zip(errors) {
+                    row.iter_mut().zip(errors).for_each(|(sum, other)| *sum += one * other / s);
+                }
+                self.log_det += s.ln();
+                self.count += 1.0;
+            }
+            (before, used) = (i, used + 1);
+        }
+    }
+
+    /// Logarithm of the likelihood of a series that leaves this sum of squares.
+    pub fn log_likelihood(&self, square: f64) -> f64 {
+        -0.5 * (self.count * (square / self.count.max(1.0)).ln() + self.log_det)
+    }
+
+    /// Variance of the white noise of one that leaves this sum of squares beside the two others.
+    pub fn variance(&self, square: f64) -> f64 {
+        square / (self.count - 2.0).max(1.0)
+    }
+}
+
 struct Filter {
     predicted: Vec<(State, Covariance)>,
     updated: Vec<(State, Covariance)>,
@@ -62,11 +140,8 @@ impl Filter {
     fn new(times: &[f64], values: &[f64], ratio: f64) -> Self {
         let n = values.len();
         let first = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-        let span = (times[n - 1] - times[0]).max(1e-9);
-        // A diffuse start, in units of the measurement noise: wider than the process wanders over the record.
-        let wide = 1e7 * (1.0 + ratio * span.powi(3));
         let mut state: State = [first, 0.0];
-        let mut p: Covariance = [wide, 0.0, wide / (span * span)];
+        let mut p = start(times, ratio);
         let (mut sum, mut log_det, mut used) = (0.0, 0.0, 0_usize);
         let mut filter = Self {
             predicted: Vec::with_capacity(n),
@@ -78,12 +153,7 @@ impl Filter {
             let dt = if i == 0 { 0.0 } else { times[i] - times[i - 1] };
             if i > 0 {
                 state[0] += dt * state[1];
-                let (a, b, c) = (p[0], p[1], p[2]);
-                p = [
-                    a + 2.0 * dt * b + dt * dt * c + ratio * dt.powi(3) / 3.0,
-                    b + dt * c + ratio * dt * dt / 2.0,
-                    c + ratio * dt,
-                ];
+                p = advanced(p, dt, ratio);
             }
             filter.intervals.push(dt);
             filter.predicted.push((state, p));
