@@ -33,7 +33,8 @@ fn campaign(cases: u64, threads: usize) -> Campaign {
     let executor = executor(prepared.clone());
     let (horizon, clean) = executor.without_faults(1);
     assert!(clean.passed && clean.violated.is_empty(), "{clean:?}");
-    let space = Space::new(&prepared.plan, prepared.rig.struck(), horizon, 4, &[]);
+    let space =
+        Space::new(&prepared.plan, prepared.rig.struck(), horizon, 4, &[]).on(&prepared.rig);
     let folder = tempfile::tempdir().unwrap();
     let mut journal = Journal::open(&folder.path().join("cases.jsonl"), "test").unwrap();
     let threads = NonZeroUsize::new(threads).unwrap();
@@ -79,6 +80,8 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
         property: "no_silent_wrong",
         what: &violated[0].what,
         case: &shrunk.case,
+        small: shrunk.small(),
+        again: "",
     };
     let text = regression.to_toml(".".as_ref()).unwrap();
     let plan =

@@ -3,10 +3,9 @@
 use campaign::Executor;
 use campaign::Repeated;
 use campaign::caught;
-use campaign::{Case, CaseId, CaseResult};
+use campaign::{Case, CaseId, CaseResult, Course};
 use record::VERSION;
 use serde::{Deserialize, Serialize};
-use wire::time::Span;
 
 /// A request to a worker, as stored on the stream of cases.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,9 +32,9 @@ pub(super) enum Job {
 pub(super) struct Done {
     /// Result of a case or of the run without faults; for other jobs only the outcome.
     pub(super) result: CaseResult,
-    /// Duration of the run without faults.
-    #[serde(default, rename = "lasted_ns", skip_serializing_if = "Option::is_none")]
-    pub(super) lasted: Option<Span>,
+    /// How the run without faults went by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) course: Option<Course>,
     /// Result of the repetitions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) shown: Option<Repeated>,
@@ -81,8 +80,8 @@ impl Job {
         match self {
             Self::Case(case) => Done::of(executor.execute(case)),
             Self::WithoutFaults { seed } => {
-                let (lasted, result) = executor.without_faults(*seed);
-                Done { lasted: Some(lasted), ..Done::of(result) }
+                let (course, result) = executor.without_faults(*seed);
+                Done { course: Some(course), ..Done::of(result) }
             }
             Self::Confirm { case, property } => match executor.confirm(case, property) {
                 Ok(shown) => Done { shown: Some(shown), ..Done::default() },
@@ -95,7 +94,7 @@ impl Job {
 #[cfg(test)]
 mod tests {
     use super::{Done, Job};
-    use campaign::{Case, CaseResult, Executor, PANIC, Repeated};
+    use campaign::{Case, CaseResult, Course, Executor, PANIC, Repeated};
     use record::outcome::Outcome;
     use wire::time::Span;
 
@@ -112,8 +111,8 @@ mod tests {
             CaseResult { outcome: "passed".to_owned(), ..CaseResult::default() }
         }
 
-        fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-            (Span::from_secs(8), self.execute(&Case { seed, ..Case::default() }))
+        fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
+            (Span::from_secs(8).into(), self.execute(&Case { seed, ..Case::default() }))
         }
 
         fn confirm(&self, case: &Case, _: &str) -> Result<Repeated, Outcome> {
@@ -130,8 +129,8 @@ mod tests {
     fn each_is_answered_by_what_it_asks_for() {
         let clean = Job::WithoutFaults { seed: 7 }.carry_out(&Bench);
         assert_eq!(
-            (clean.lasted, clean.result.outcome.as_str()),
-            (Some(Span::from_secs(8)), "passed")
+            (clean.course, clean.result.outcome.as_str()),
+            (Some(Span::from_secs(8).into()), "passed")
         );
         assert_eq!(confirm(7).carry_out(&Bench).shown, Some(SHOWN));
         assert!(confirm(STOPPED).carry_out(&Bench).result.is_given_up());

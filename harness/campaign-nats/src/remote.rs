@@ -12,13 +12,12 @@ use super::room::{LEASE, Room};
 use campaign::Executor;
 use campaign::Repeated;
 use campaign::WINDOW;
-use campaign::{Case, CaseId, CaseResult};
+use campaign::{Case, CaseId, CaseResult, Course};
 use record::outcome::Outcome;
 use std::sync::{Arc, Mutex, PoisonError, mpsc as std_mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use tokio::sync::{mpsc, oneshot};
-use wire::time::Span;
 
 /// Requests that can wait for the connection's thread: for each case of the window, its execution and its storage.
 const ASKS: usize = 2 * WINDOW as usize;
@@ -156,9 +155,9 @@ impl<E: Executor> Executor for Remote<E> {
         self.done(&Job::Case(case.clone())).result
     }
 
-    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-        let Done { result, lasted, .. } = self.done_once(&Job::WithoutFaults { seed });
-        (lasted.unwrap_or_default(), result)
+    fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
+        let Done { result, course, .. } = self.done_once(&Job::WithoutFaults { seed });
+        (course.unwrap_or_default(), result)
     }
 
     fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {

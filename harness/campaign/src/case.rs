@@ -105,6 +105,10 @@ pub struct CaseResult {
     /// not in `violated` was not confirmed.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub repeated: BTreeMap<String, Repeated>,
+    /// How often each fault of the case acted, in their order: how many bytes, frames, outputs, commands or answers it
+    /// changed. Empty if that is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub acted: Vec<u64>,
     /// Whether the plan ran to its end with every measurement in its band.
     pub passed: bool,
     /// Whether a controller that takes missions reported a problem: its health became worse than ok after it had been
@@ -140,6 +144,11 @@ impl CaseResult {
             return Outcome::Failed.name();
         }
         &self.outcome
+    }
+
+    /// Whether a fault of the case acted, by its place; `None` if that is not known.
+    pub fn has_acted(&self, place: usize) -> Option<bool> {
+        self.acted.get(place).map(|times| *times > 0)
     }
 
     /// Whether this property broke.

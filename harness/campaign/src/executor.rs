@@ -1,8 +1,8 @@
 //! The interface that carries out cases.
 
 use super::case::{Case, CaseResult, Repeated};
+use super::course::Course;
 use record::outcome::Outcome;
-use wire::time::Span;
 
 /// Carries out cases. The same case gives the same result, except on a real bench. An interrupted case ends as
 /// [`Outcome::Aborted`]; its result is not used.
@@ -20,9 +20,9 @@ pub trait Executor: Sync {
         false
     }
 
-    /// Duration of the plan without faults, and the result of one such run. Zero for an executor without a plan.
-    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-        (Span::ZERO, self.execute(&Case { seed, ..Case::default() }))
+    /// How a run without faults goes by, and its result. It takes no time for an executor without a plan.
+    fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
+        (Course::default(), self.execute(&Case { seed, ..Case::default() }))
     }
 
     /// The result of repeating `case` afresh, for `property`. If a case always gives the same result, one run suffices.

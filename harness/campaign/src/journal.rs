@@ -1,6 +1,7 @@
 //! The progress of a campaign, one JSON line per case, so that an interrupted campaign can resume.
 
 use super::case::{Case, CaseResult};
+use super::course::Course;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -18,6 +19,9 @@ struct Head {
     /// In real time: the duration of a run without faults at the start of the campaign.
     #[serde(default, rename = "horizon_ns", skip_serializing_if = "Option::is_none")]
     horizon: Option<Span>,
+    /// In real time: the durations of its phases.
+    #[serde(default, rename = "phases_ns", skip_serializing_if = "BTreeMap::is_empty")]
+    phases: BTreeMap<String, Vec<Span>>,
 }
 
 const SCHEMA: u32 = 1;
@@ -113,7 +117,7 @@ pub enum JournalError {
 pub struct Journal {
     path: PathBuf,
     file: File,
-    horizon: Option<Span>,
+    course: Option<Course>,
     /// Finished cases by number.
     pub(super) done: BTreeMap<u64, Line>,
 }
@@ -129,9 +133,9 @@ impl Journal {
         Self::open_any(path, campaign, None)
     }
 
-    /// Opens the journal of a campaign in real time, in which a run without faults has now taken `horizon`. The
-    /// duration at the start of the campaign stays valid ([`horizon`](Self::horizon)), because durations differ from
-    /// run to run and cases must be drawn as before.
+    /// Opens the journal of a campaign in real time, in which a run without faults has now gone by like this. The
+    /// durations at the start of the campaign stay valid ([`course`](Self::course)), because they differ from run to
+    /// run and cases must be drawn as before.
     ///
     /// # Errors
     ///
@@ -139,18 +143,19 @@ impl Journal {
     pub fn open_in_real_time(
         path: &Path,
         campaign: &str,
-        horizon: Span,
+        course: impl Into<Course>,
     ) -> Result<Self, JournalError> {
-        Self::open_any(path, campaign, Some(horizon))
+        Self::open_any(path, campaign, Some(course.into()))
     }
 
-    fn open_any(path: &Path, campaign: &str, horizon: Option<Span>) -> Result<Self, JournalError> {
+    fn open_any(path: &Path, campaign: &str, course: Option<Course>) -> Result<Self, JournalError> {
         let failed = |source| JournalError::Io { path: path.to_owned(), source };
         let head = Head {
             schema: SCHEMA,
             version: build().to_owned(),
             campaign: campaign.to_owned(),
-            horizon,
+            horizon: course.as_ref().map(|course| course.lasted),
+            phases: course.map_or_else(BTreeMap::new, |course| course.phases),
         };
         let mut file =
             OpenOptions::new().read(true).append(true).create(true).open(path).map_err(failed)?;
@@ -158,11 +163,11 @@ impl Journal {
         let (found, whole) = read(path, &file, &mut |line| {
             done.insert(line.number, line);
         })?;
-        let horizon = match found {
+        let head = match found {
             None => {
                 file.set_len(0).map_err(failed)?;
                 write(&mut file, &head).map_err(failed)?;
-                horizon
+                head
             }
             Some(found) if !found.is_of_the_same(&head) => {
                 let (found, asked) = (found.differs_from(&head), head.differs_from(&found));
@@ -171,10 +176,11 @@ impl Journal {
             Some(found) => {
                 file.set_len(whole).map_err(failed)?;
                 file.seek(SeekFrom::End(0)).map_err(failed)?;
-                found.horizon
+                found
             }
         };
-        Ok(Self { path: path.to_owned(), file, horizon, done })
+        let course = head.horizon.map(|lasted| Course { lasted, phases: head.phases });
+        Ok(Self { path: path.to_owned(), file, course, done })
     }
 
     /// The cases that were finished before it was opened.
@@ -182,9 +188,9 @@ impl Journal {
         &self.done
     }
 
-    /// In real time: the duration of a run without faults at the start of the campaign.
-    pub const fn horizon(&self) -> Option<Span> {
-        self.horizon
+    /// In real time: how a run without faults went by at the start of the campaign.
+    pub const fn course(&self) -> Option<&Course> {
+        self.course.as_ref()
     }
 
     /// Appends a finished case.
@@ -249,7 +255,7 @@ fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Journal, JournalError, Line, build, each_line};
+    use super::{Course, Journal, JournalError, Line, build, each_line};
     use crate::toy::{Toy, space};
     use crate::{Executor as _, Random, Search as _};
     use std::io::Write as _;
@@ -307,9 +313,13 @@ mod tests {
     fn the_first_horizon_stays() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("journal.jsonl");
-        let open = |ms| Journal::open_in_real_time(&path, "toy", Span::from_millis(ms));
-        assert_eq!(open(8_003).unwrap().horizon(), Some(Span::from_millis(8_003)));
-        assert_eq!(open(7_998).unwrap().horizon(), Some(Span::from_millis(8_003)));
+        let course = |ms| {
+            let lasted = Span::from_millis(ms);
+            Course { lasted, phases: [("lap".to_owned(), vec![lasted])].into() }
+        };
+        let open = |ms| Journal::open_in_real_time(&path, "toy", course(ms));
+        assert_eq!(open(8_003).unwrap().course(), Some(&course(8_003)));
+        assert_eq!(open(7_998).unwrap().course(), Some(&course(8_003)));
         // A campaign in virtual time is a different campaign.
         assert!(matches!(Journal::open(&path, "toy"), Err(JournalError::Other { .. })));
     }

@@ -1,12 +1,12 @@
 //! Carries out each case once and stores its result in a journal, so that an interrupted envelope can resume.
 
 use super::case::{Case, CaseId, CaseResult};
+use super::course::Course;
 use super::executor::Executor;
 use super::journal::{Journal, JournalError, Line};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
-use wire::time::Span;
 
 /// Carries out the cases that are missing in a journal, and adds them. Lines are numbered in order.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl<E: Executor> Executor for Kept<'_, E> {
         result
     }
 
-    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+    fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
         self.executor.without_faults(seed)
     }
 }

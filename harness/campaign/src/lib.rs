@@ -21,6 +21,7 @@
 
 mod account;
 mod case;
+mod course;
 mod envelope;
 mod executor;
 mod guard;
@@ -43,19 +44,20 @@ mod window;
 
 pub use account::{ACCOUNT, Account, AccountError, End, FoundCase, Struck};
 pub use case::{Case, CaseId, CaseResult, KEEPS_RUNNING, PANIC, PASSES, Repeated, Violated};
+pub use course::Course;
 pub use envelope::{Envelope, EnvelopeSettings, Level, Measured, envelope};
 pub use executor::Executor;
 pub use guard::caught;
 pub use guided::Guided;
 pub use journal::{Journal, JournalError, Line, each_line};
 pub use kept::Kept;
-pub use regression::{Regression, RegressionError, slug};
+pub use regression::{Regression, RegressionError, remove_saved, slug};
 pub use repeat::{
     BREAKS_AT_LEAST, CONFIDENCE, REPEATS, REPEATS_MAX, Repeatedly, Repetition, RepetitionError,
 };
 pub use run::{Campaign, Found, Settings, Tally, run};
 pub use search::{Random, Search};
-pub use shrink::{Shrunk, shrink};
-pub use space::Space;
+pub use shrink::{Shrunk, Small, shrink};
+pub use space::{NUMBERS_MAX, Space};
 pub use targets::{Targets, UnknownTarget};
 pub use window::WINDOW;

@@ -2,7 +2,7 @@
 
 use super::case::Case;
 use super::search::Dice;
-use super::space::{DURATION_MIN, Space, duration, severities, whole_ms};
+use super::space::{DURATION_MIN, Space, duration, plain, severities, whole_ms};
 use super::survey::Survey;
 use plan::faults::{Fault, Lasts, Schedule, When};
 use proptest::strategy::{Strategy as _, ValueTree as _};
@@ -77,16 +77,20 @@ fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
             }
             let (least, greatest) = severities(fault.what);
             let size = (fault.what.severity().max(least) * step.exp()).clamp(least, greatest);
-            fault.what = fault.what.with_severity(size);
+            fault.what = fault.what.with_severity(plain(fault.what, size));
         }
         1 => {
             let horizon = space.horizon().as_secs_f64();
-            let moved = |at: Span, scale: f64| {
-                whole_ms((at.as_secs_f64() + step * scale).clamp(0.0, horizon))
+            let moved = |at: Span, scale: f64, latest: f64| {
+                whole_ms((at.as_secs_f64() + step * scale).clamp(0.0, latest))
             };
             match &mut fault.when {
-                When::At(at) => *at = moved(*at, 0.1 * horizon),
-                When::Step { after, .. } => *after = moved(*after, 2.0),
+                When::At(at) => *at = moved(*at, 0.1 * horizon, horizon),
+                When::Step { phase, number, after } => {
+                    // The last whole millisecond of the phase.
+                    let latest = space.within_phase(phase, *number, 1.0 - f64::EPSILON);
+                    *after = moved(*after, 2.0_f64.min(horizon), latest.as_secs_f64());
+                }
                 When::Always | When::During { .. } => {
                     if let Ok(tree) = space.when().new_tree(&mut dice.runner) {
                         fault.when = tree.current();

@@ -1,6 +1,7 @@
 //! Saves the smallest failing case as a plan that anyone can run.
 
 use super::case::{Case, PANIC, PASSES};
+use super::shrink::Small;
 use plan::Seed;
 use std::io;
 use std::path::{Component, Path, PathBuf};
@@ -20,13 +21,17 @@ pub struct Regression<'a> {
     pub what: &'a str,
     /// The case.
     pub case: &'a Case,
+    /// How far it was shrunk.
+    pub small: Small,
+    /// Options with which `hil run` runs it where it broke; empty for none.
+    pub again: &'a str,
 }
 
 /// Why a case cannot be saved.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RegressionError {
     /// The file cannot be written.
-    #[error("failed to write {}", path.display())]
+    #[error("failed to write or remove {}", path.display())]
     Io {
         /// The path.
         path: PathBuf,
@@ -41,6 +46,23 @@ pub enum RegressionError {
         /// Why.
         message: String,
     },
+}
+
+/// The first words of each saved plan.
+const FOUND_BY: &str = "# Found by `hil campaign";
+
+/// Removes a plan that an earlier part of the campaign saved; nothing else of that name.
+///
+/// # Errors
+///
+/// When it cannot be removed.
+pub fn remove_saved(path: &Path) -> Result<(), RegressionError> {
+    let is_ours = std::fs::read_to_string(path).is_ok_and(|text| text.starts_with(FOUND_BY));
+    if !is_ours {
+        return Ok(());
+    }
+    std::fs::remove_file(path)
+        .map_err(|source| RegressionError::Io { path: path.to_owned(), source })
 }
 
 /// The name of a property in the names of plans and files: words joined by hyphens, truncated.
@@ -119,12 +141,18 @@ impl Regression<'_> {
         for line in self.what.lines() {
             comment += &format!("# {line}\n");
         }
+        let (plan, property) = (self.plan, self.property);
+        let case = match self.small {
+            Small::Smallest => format!("the smallest case that breaks `{property}`."),
+            Small::InPart => format!(
+                "a case that breaks `{property}`, not shrunk to the end: the campaign was stopped."
+            ),
+            Small::Not => format!("a case that breaks `{property}`, not shrunk."),
+        };
+        let again = format!("hil run PATH/{}.toml {}", self.name(), self.again);
+        let again = again.trim_end();
         Ok(format!(
-            "# Found by `hil campaign {plan}`: the smallest case that breaks `{property}`.\n{comment}\
-             # Run it, where {plan} is run: hil run PATH/{name}.toml\n\n{text}",
-            plan = self.plan,
-            property = self.property,
-            name = self.name(),
+            "{FOUND_BY} {plan}`: {case}\n{comment}# Run it, where {plan} is run: {again}\n\n{text}"
         ))
     }
 
@@ -159,7 +187,7 @@ fn way(folder: &Path, project: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::Regression;
+    use super::{Regression, Small, remove_saved};
     use crate::Case;
     use plan::Plan;
     use plan::faults::{Fault, FaultKind, Schedule, Target};
@@ -184,7 +212,9 @@ check = { all_within = [0, 10] }
     /// The plan made from a case of `text`.
     fn regression(text: &str, case: &Case) -> Plan {
         let (plan, property, what) = ("struck", "fresh_heading", "an old one\nor two");
-        let regression = Regression { plan, text, project: None, property, what, case };
+        let (small, again) = (Small::Smallest, "");
+        let regression =
+            Regression { plan, text, project: None, property, what, case, small, again };
         let written = regression.to_toml(Path::new(".")).unwrap();
         Plan::parse("written.toml", &written).unwrap_or_else(|e| panic!("{e}\n{written}"))
     }
@@ -221,6 +251,8 @@ check = { all_within = [0, 10] }
             property: "fresh_heading",
             what: "an old one",
             case: &case,
+            small: Small::Smallest,
+            again: "",
         };
         let found = |regression: &Regression<'_>, folder| {
             let saved = regression.write(folder).unwrap();
@@ -240,6 +272,49 @@ check = { all_within = [0, 10] }
         assert_eq!(project.as_deref(), Some("../plans"));
         let beside = regression.write(&plans).unwrap();
         assert!(!std::fs::read_to_string(beside).unwrap().contains("project"));
+    }
+
+    /// Found by a user: after Ctrl-C, plans called themselves the smallest, and stayed when the campaign went on.
+    #[test]
+    fn a_saved_plan_says_how_small_it_is_and_how_to_run_it() {
+        let case = Case::default();
+        let head = |small, again| {
+            let (plan, property, what) = ("struck", "fresh_heading", "");
+            let one = Regression {
+                plan,
+                text: PLAN,
+                project: None,
+                property,
+                what,
+                case: &case,
+                small,
+                again,
+            };
+            let text = one.to_toml(Path::new(".")).unwrap();
+            text.lines().take(2).map(str::to_owned).collect::<Vec<_>>()
+        };
+        let smallest = head(Small::Smallest, "");
+        assert!(smallest[0].ends_with(": the smallest case that breaks `fresh_heading`."));
+        assert!(smallest[1].ends_with(".toml"), "{smallest:?}");
+        let not = head(Small::Not, "--clock real --bench window.toml");
+        assert!(not[0].ends_with(": a case that breaks `fresh_heading`, not shrunk."), "{not:?}");
+        assert!(not[1].ends_with(".toml --clock real --bench window.toml"), "{not:?}");
+        assert!(
+            head(Small::InPart, "")[0]
+                .ends_with("not shrunk to the end: the campaign was stopped.")
+        );
+    }
+
+    #[test]
+    fn only_what_a_campaign_saved_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (ours, other) = (folder.path().join("ours.toml"), folder.path().join("other.toml"));
+        std::fs::write(&ours, "# Found by `hil campaign struck`: a case\n").unwrap();
+        std::fs::write(&other, "# Mine\n").unwrap();
+        for path in [&ours, &other, &folder.path().join("none.toml")] {
+            remove_saved(path).unwrap();
+        }
+        assert!(!ours.exists() && other.exists());
     }
 
     #[test]

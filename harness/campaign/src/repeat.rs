@@ -7,6 +7,7 @@
 //! soon as the decision is certain, which does not affect it.
 
 use super::case::{Case, CaseResult, Repeated};
+use super::course::Course;
 use super::executor::Executor;
 use super::guard::guarded;
 use plan::confidence::clopper_pearson_lower;
@@ -14,7 +15,6 @@ use record::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
-use wire::time::Span;
 
 /// Default number of repetitions: enough that one of them may hold by chance.
 pub const REPEATS: u64 = 8;
@@ -215,7 +215,7 @@ impl<E: Executor> Executor for Repeatedly<E> {
         }
     }
 
-    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
+    fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
         self.inner.without_faults(seed)
     }
 

@@ -191,7 +191,9 @@ impl Tally {
             let is_tested = !result.never_asked.contains(property);
             *self.tested.entry(property.clone()).or_default() += u64::from(is_tested);
             let nearest = self.nearest.entry(property.clone()).or_insert((*margin, number));
-            if *margin < nearest.0 {
+            // Of some formulas the margin of a violation is zero, as that of cases that held: then it is the first of them.
+            let is_first = self.broken.get(property).is_some_and(|(_, first)| *first == number);
+            if *margin < nearest.0 || is_first && *margin <= nearest.0 {
                 *nearest = (*margin, number);
             }
         }
@@ -258,6 +260,23 @@ mod tests {
         assert_eq!(tally.outcomes, outcomes.map(|(name, times)| (name.to_owned(), times)).into());
         assert_eq!(tally.passed, 1);
         assert_eq!((tally.judged("held"), tally.judged("other")), (4, 5));
+    }
+
+    /// Found by a user: the case with the least margin, zero, was the first, which held.
+    #[test]
+    fn the_nearest_case_is_one_that_broke() {
+        let mut tally = Tally::default();
+        for (number, breaks) in [(0, false), (1, true), (2, true), (3, false)] {
+            tally.count(
+                number,
+                &CaseResult {
+                    violated: breaks.then(|| broken("echoed")).into_iter().collect(),
+                    margins: [("echoed".to_owned(), 0.0)].into(),
+                    ..CaseResult::ended("passed")
+                },
+            );
+        }
+        assert_eq!(tally.nearest["echoed"], (0.0, 1));
     }
 
     fn broken(property: &str) -> Violated {

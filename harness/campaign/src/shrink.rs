@@ -4,7 +4,7 @@ mod change;
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
-use super::space::{DURATION_MIN, whole_ms};
+use super::space::{DURATION_MIN, plain, whole_ms};
 use change::{begin, length_min, recast, rounded_up, set_begin, set_length, set_number, timed};
 use plan::faults::{Fault, FaultKind, Lasts, Schedule, Toward, When};
 use std::collections::BTreeSet;
@@ -26,6 +26,31 @@ pub struct Shrunk {
     pub result: CaseResult,
     /// Number of cases carried out on the way.
     pub executions: u64,
+    /// Whether shrinking was stopped before its end.
+    pub stopped: bool,
+}
+
+/// How far a case was shrunk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Small {
+    /// As far as it goes, or as many tries as were asked for.
+    Smallest,
+    /// Until the campaign was stopped.
+    InPart,
+    /// Not at all.
+    Not,
+}
+
+impl Shrunk {
+    /// How far it was shrunk. Without any fault, nothing is left to shrink.
+    pub fn small(&self) -> Small {
+        match (self.executions, self.stopped) {
+            _ if self.case.schedule.is_empty() => Small::Smallest,
+            (0, _) => Small::Not,
+            (_, true) => Small::InPart,
+            (_, false) => Small::Smallest,
+        }
+    }
 }
 
 /// Shrinks `case`, which broke `property` with this `result`, in number, kind, severity, time and direction of its
@@ -38,8 +63,9 @@ pub fn shrink(
     property: &str,
     executions_max: u64,
 ) -> Shrunk {
-    let best = Shrunk { case: case.clone(), result: result.clone(), executions: 0 };
-    let tried = BTreeSet::from([case.schedule.to_toml()]);
+    let (case, result) = (case.clone(), result.clone());
+    let best = Shrunk { case, result, executions: 0, stopped: false };
+    let tried = BTreeSet::from([best.case.schedule.to_toml()]);
     let mut shrinker = Shrinker { executor, property, executions_max, best, tried, again: false };
     loop {
         let before = shrinker.best.case.clone();
@@ -60,6 +86,7 @@ pub fn shrink(
         shrinker.rounder(index);
     }
     let mut best = shrinker.best;
+    best.stopped |= executor.is_stopped();
     if best.result.stopped {
         best.result = executor.execute(&best.case);
     }
@@ -97,7 +124,8 @@ struct Shrinker<'a, E> {
 
 impl<E: Executor> Shrinker<'_, E> {
     fn is_spent(&self) -> bool {
-        self.best.executions >= self.executions_max || self.executor.is_stopped()
+        let is_stopped = self.best.stopped || self.executor.is_stopped();
+        is_stopped || self.best.executions >= self.executions_max
     }
 
     /// Accepts this schedule if it also breaks the property.
@@ -111,6 +139,8 @@ impl<E: Executor> Shrinker<'_, E> {
         }
         self.best.executions += 1;
         let result = self.executor.execute_until(&case, self.property);
+        // Interrupted, and not at a violation.
+        self.best.stopped |= result.is_given_up() && !result.stopped;
         if !result.breaks(self.property) {
             return false;
         }
@@ -282,7 +312,7 @@ impl<E: Executor> Shrinker<'_, E> {
         }
         let (least, _) = what.severity_range();
         self.halve(index, least, what.severity(), |fault, size| {
-            fault.what = fault.what.with_severity(size);
+            fault.what = fault.what.with_severity(plain(fault.what, size));
         });
     }
 

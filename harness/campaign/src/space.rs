@@ -1,19 +1,23 @@
 //! The faults that are possible on one bench during one plan, and how they are drawn.
 
+use super::course::Course;
 use super::targets::Targets;
 use plan::faults::{Fault, FaultKind, Lasts, Lines, Reach, Schedule, Target, Toward, When};
 use plan::phases::names;
-use plan::{Action, Name, Plan, Step};
+use plan::{Action, Name, Plan, Rig, Step};
 use proptest::prelude::*;
 use proptest::sample::select;
 use wire::time::Span;
 
 /// Shortest fault drawn. Assumption: a tenth of the gyro's time-out; anything shorter is a lost sample.
 pub const DURATION_MIN: Span = Span::from_millis(10);
-/// Longest time from the start of a phase to that of a fault. Assumption: turns and straights take some seconds.
+/// Longest time from the start of a phase to that of a fault, if it is not known how long the phase takes. Assumption:
+/// turns and straights take some seconds.
 pub(super) const AFTER_MAX: Span = Span::from_secs(10);
 /// The most repetitions of one phase that faults are drawn for; a plan may have thousands.
-const NUMBERS_MAX: u64 = 100;
+pub const NUMBERS_MAX: u64 = 100;
+/// A phase that takes less than this takes no time.
+const PHASE_MIN: Span = Span::from_millis(1);
 
 /// The set of all faults that can be drawn.
 #[derive(Debug, Clone)]
@@ -21,33 +25,36 @@ pub struct Space {
     plan: Plan,
     lines: Lines,
     kinds: Vec<(Target, FaultKind)>,
+    /// Lines without a device of their own: nothing on them is at either end.
+    shared: Vec<Target>,
     phases: Vec<(Name, u32)>,
-    horizon: Span,
+    course: Course,
     faults_max: usize,
 }
 
 impl Space {
-    /// The space for `plan` on a bench with these `lines`; at most `faults_max` at a time. A run without faults takes
-    /// `horizon`. `only` names the kinds; if empty, all of them.
+    /// The space for `plan` on a bench with these `lines`; at most `faults_max` at a time. A run without faults goes by
+    /// like `course`. `only` names the kinds; if empty, all of them.
     pub fn new(
         plan: &Plan,
         lines: Lines,
-        horizon: Span,
+        course: impl Into<Course>,
         faults_max: usize,
         only: &[String],
     ) -> Self {
-        Self::among(plan, lines, horizon, faults_max, only, &Targets::default())
+        Self::among(plan, lines, course, faults_max, only, &Targets::default())
     }
 
     /// The same of these `targets`.
     pub fn among(
         plan: &Plan,
         lines: Lines,
-        horizon: Span,
+        course: impl Into<Course>,
         faults_max: usize,
         only: &[String],
         targets: &Targets,
     ) -> Self {
+        let course = course.into();
         let mut kinds = Vec::new();
         for info in FaultKind::all() {
             if !only.is_empty() && !only.iter().any(|name| name == info.name) {
@@ -64,14 +71,34 @@ impl Space {
         let phases = plan
             .phases()
             .into_iter()
-            .filter(|(name, _)| takes_time(plan, name))
+            .filter(|(name, _)| takes_time(plan, name) && took_time(&course, name))
             .filter_map(|(name, times)| {
                 let times =
                     u32::try_from(times.min(NUMBERS_MAX)).ok().filter(|times| *times > 0)?;
                 Some((Name::new(name)?, times))
             })
             .collect();
-        Self { plan: plan.clone(), lines, kinds, phases, horizon, faults_max: faults_max.max(1) }
+        let (plan, shared, faults_max) = (plan.clone(), Vec::new(), faults_max.max(1));
+        Self { plan, lines, kinds, shared, phases, course, faults_max }
+    }
+
+    /// Draws no direction for the faults of this rig's lines: it is that of one device, and a line has none of its own.
+    #[must_use]
+    pub fn on(self, rig: &Rig) -> Self {
+        let is_node = |name: &str| rig.nodes.iter().any(|node| node.name == name);
+        let lines = rig.lines.iter().map(|line| line.name.as_str());
+        self.without_ends(lines.filter(|name| !is_node(name)))
+    }
+
+    pub(super) fn without_ends<'a>(mut self, lines: impl Iterator<Item = &'a str>) -> Self {
+        self.shared = lines.filter_map(Target::named).collect();
+        self
+    }
+
+    /// The direction of a fault, as far as there is one.
+    pub(super) fn toward(&self, (target, kind): (Target, FaultKind), drawn: Toward) -> Toward {
+        let has_one = kind.info().reach.is_line() && !self.shared.contains(&target);
+        if has_one { drawn } else { Toward::Both }
     }
 
     /// Removes the faults that `can_suffer` rejects: a real bench has devices on which faults are impossible.
@@ -135,12 +162,22 @@ impl Space {
 
     /// Duration of a run without faults.
     pub const fn horizon(&self) -> Span {
-        self.horizon
+        self.course.lasted
     }
 
-    /// The longest time from the start of a phase to that of a fault: later than the run no fault strikes.
-    pub(super) fn after_max(&self) -> Span {
-        AFTER_MAX.min(self.horizon)
+    /// How long this occurrence of a phase took without faults: a fault that begins later strikes something else.
+    pub(super) fn length(&self, phase: &Name, number: u32) -> Span {
+        let usual = || AFTER_MAX.min(self.horizon());
+        let Some(known) = self.course.phases.get(phase.as_str()) else { return usual() };
+        let this = known.get((number as usize).saturating_sub(1));
+        // A repeat may end early: another occurrence is the best guess.
+        this.or_else(|| known.iter().max()).copied().unwrap_or_else(usual)
+    }
+
+    /// The fault's time at `share` of the occurrence of a phase: before its end, in whole ms.
+    pub(super) fn within_phase(&self, phase: &Name, number: u32, share: f64) -> Span {
+        let length_ms = self.length(phase, number).as_secs_f64() * 1e3;
+        Span::from_millis((share * length_ms) as i64)
     }
 
     /// The most faults of one case.
@@ -156,7 +193,7 @@ impl Space {
     /// Draws one fault: all kinds are equally likely, the severity is drawn over orders of magnitude, and both directions
     /// of one that has them.
     pub fn fault(&self) -> BoxedStrategy<Fault> {
-        let (when, horizon, space) = (self.when(), self.horizon, self.clone());
+        let (when, horizon, space) = (self.when(), self.horizon(), self.clone());
         let toward = select(vec![Toward::Host, Toward::Device, Toward::Both]);
         let unit = || 0.0..1.0_f64;
         (select(self.lanes()), unit(), when, toward, unit(), unit())
@@ -170,7 +207,7 @@ impl Space {
                 };
                 let what = space.sized((target, what), share, negative);
                 let duration = (info.lasts == Lasts::Scheduled).then(|| duration(horizon, lasting));
-                let toward = if info.reach.is_line() { toward } else { Toward::Both };
+                let toward = space.toward((target, what), toward);
                 Fault { toward, when, duration, ..Fault::new(target, what) }
             })
             .boxed()
@@ -178,18 +215,17 @@ impl Space {
 
     /// Draws the start of a fault.
     pub fn when(&self) -> BoxedStrategy<When> {
-        let horizon_ms = (self.horizon.as_nanos() / 1_000_000).max(1);
+        let horizon_ms = (self.horizon().as_nanos() / 1_000_000).max(1);
         let at = (0..horizon_ms).prop_map(|ms| When::At(Span::from_millis(ms)));
         if self.phases.is_empty() {
             return at.boxed();
         }
         let phase =
             select(self.phases.clone()).prop_flat_map(|(phase, times)| (Just(phase), 1..=times));
-        let after_ms = (self.after_max().as_nanos() / 1_000_000).max(1);
-        let step = (phase.clone(), 0..after_ms).prop_map(|((phase, number), ms)| When::Step {
-            phase,
-            number,
-            after: Span::from_millis(ms),
+        let space = self.clone();
+        let step = (phase.clone(), 0.0..1.0_f64).prop_map(move |((phase, number), share)| {
+            let after = space.within_phase(&phase, number, share);
+            When::Step { phase, number, after }
         });
         let during = phase.prop_map(|(phase, number)| When::During { phase, number });
         prop_oneof![2 => at, 2 => step, 1 => during].boxed()
@@ -216,6 +252,11 @@ fn takes_time(plan: &Plan, phase: &str) -> bool {
     steps.peek().is_none() || steps.any(|step| !in_an_instant(step))
 }
 
+/// Whether a phase took time in the run without faults, as far as it is known.
+fn took_time(course: &Course, phase: &str) -> bool {
+    course.phases.get(phase).is_none_or(|all| all.iter().any(|length| *length >= PHASE_MIN))
+}
+
 /// The smallest severity drawn, as a share of the greatest.
 const LEAST: f64 = 1e-4;
 
@@ -228,7 +269,18 @@ pub(super) fn severities(what: FaultKind) -> (f64, f64) {
 /// The severity at `share` of the range, on a logarithmic scale.
 pub(super) fn severity(what: FaultKind, share: f64) -> f64 {
     let (least, greatest) = severities(what);
-    least * (greatest / least).powf(share)
+    plain(what, least * (greatest / least).powf(share))
+}
+
+/// The severity with four digits, or in whole milliseconds if it is a duration: what a person would write.
+pub(super) fn plain(what: FaultKind, severity: f64) -> f64 {
+    let (least, greatest) = what.severity_range();
+    let is_duration = what.info().lasts == Lasts::Itself;
+    let near = match is_duration {
+        true => whole_ms(severity).as_secs_f64(),
+        false => format!("{severity:.3e}").parse().unwrap_or(severity),
+    };
+    near.clamp(least, greatest)
 }
 
 /// Times of faults are in whole milliseconds, for readability.

@@ -106,11 +106,12 @@ impl Survey {
         let whole = matches!(when, When::During { .. });
         let duration = (info.lasts == Lasts::Scheduled && !whole)
             .then(|| duration(self.space.horizon(), lasting));
-        let toward = match (info.reach.is_line(), (index as u64 + number) % 3) {
-            (false, _) | (true, 0) => Toward::Both,
-            (true, 1) => Toward::Host,
-            (true, _) => Toward::Device,
+        let toward = match (index as u64 + number) % 3 {
+            0 => Toward::Both,
+            1 => Toward::Host,
+            _ => Toward::Device,
         };
+        let toward = self.space.toward((target, what), toward);
         Some(Fault { toward, when, duration, ..Fault::new(target, what) })
     }
 
@@ -162,8 +163,8 @@ impl Survey {
         if dice.random.random_bool(WHOLE_PHASE) {
             return When::During { phase, number };
         }
-        let after = self.space.after_max().as_secs_f64() * dice.random.random::<f64>();
-        When::Step { phase, number, after: whole_ms(after) }
+        let after = self.space.within_phase(&phase, number, dice.random.random());
+        When::Step { phase, number, after }
     }
 }
 
@@ -195,7 +196,11 @@ mod tests {
     use super::{Survey, van_der_corput};
     use crate::search::Dice;
     use crate::toy::{size, space};
+    use crate::{Random, Search, Space};
+    use plan::Plan;
+    use plan::faults::{LineKind, Lines, Target, Toward};
     use std::collections::BTreeSet;
+    use wire::time::Span;
 
     #[test]
     fn shares_fall_between_those_before() {
@@ -231,6 +236,35 @@ mod tests {
         };
         for name in ["bias_step", "clock_step", "encoder_jump", "baud_drift"] {
             assert!(worst(name, 1.0) && worst(name, -1.0), "{name}");
+        }
+    }
+
+    /// Found by a user: faults of a line with a direction did nothing, or struck both ways, and counted as tried.
+    #[test]
+    fn a_line_of_a_rig_has_no_direction() {
+        let target = |name: &str| (Target::named(name).unwrap(), LineKind::Can);
+        let nodes = ["motor", "can0"].map(target).to_vec();
+        let lines = Lines { robot: None, host: false, nodes, said: Vec::new() };
+        let plan = "name = \"p\"\ntitle = \"\"\nrig = \"r\"\nsteps = [{ wait = { duration_s = 1 } }]\n\
+            [[property]]\nname = \"on\"\nalways = \"motor.State > 0\"\n";
+        let plan = Plan::parse("p.toml", plan).unwrap();
+        let space = Space::new(&plan, lines, Span::from_secs(1), 4, &[]);
+        let space = space.without_ends(["can0"].into_iter());
+        let searches: [Box<dyn Search>; 2] =
+            [Box::new(crate::Guided::new(&space, 1)), Box::new(Random::new(&space, 1))];
+        for mut search in searches {
+            let faults: Vec<_> = (0..200).flat_map(|_| search.next().schedule.faults).collect();
+            let toward = |name: &str| -> BTreeSet<&str> {
+                let of = faults.iter().filter(|fault| fault.target.name() == name);
+                of.map(|fault| match fault.toward {
+                    Toward::Both => "both",
+                    Toward::Host => "host",
+                    Toward::Device => "device",
+                })
+                .collect()
+            };
+            assert_eq!(toward("can0"), ["both"].into());
+            assert_eq!(toward("motor"), ["both", "device", "host"].into());
         }
     }
 

@@ -2,9 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use campaign::{Guided, Random, Search, Space, Targets};
+use campaign::{Course, Guided, Random, Search, Space, Targets};
 use plan::Plan;
-use plan::faults::{LineKind, Lines, Said, Target};
+use plan::faults::{Lasts, LineKind, Lines, Said, Target, When};
 use std::collections::BTreeSet;
 use wire::time::Span;
 
@@ -48,11 +48,15 @@ fn lines() -> Lines {
 }
 
 fn space(only: &[&str], names: &[&str]) -> Space {
+    space_of(only, names, Span::from_secs(3))
+}
+
+fn space_of(only: &[&str], names: &[&str], course: impl Into<Course>) -> Space {
     let plan = Plan::parse("p.toml", PLAN).unwrap();
     let [only, names] = [only, names].map(|all| all.iter().map(|&one| one.to_owned()).collect());
     let (only, names): (Vec<String>, Vec<String>) = (only, names);
     let targets = Targets::named(&names, &lines(), vec!["manager".to_owned()]).unwrap();
-    Space::among(&plan, lines(), Span::from_secs(3), 4, &only, &targets)
+    Space::among(&plan, lines(), course, 4, &only, &targets)
 }
 
 fn struck(space: &Space) -> BTreeSet<&str> {
@@ -108,5 +112,51 @@ fn no_fault_is_drawn_in_a_step_that_takes_no_time() {
             let phase = fault.when.phase().map(|(name, _)| name.as_str());
             assert!(phase.is_none_or(|phase| phases.contains(&phase)), "{fault:?}");
         }
+    }
+}
+
+/// Found by a user: in steps of 0.03 to 4 s, faults began up to 10 s after the beginning, in another step.
+#[test]
+fn a_fault_in_a_phase_begins_before_its_end() {
+    let ms = |all: &[i64]| all.iter().map(|&ms| Span::from_millis(ms)).collect::<Vec<_>>();
+    let lengths = [("idle", ms(&[30])), ("wait", ms(&[30, 2_000, 900])), ("rounds", ms(&[0, 0]))];
+    let phases = lengths.map(|(phase, all)| (phase.to_owned(), all)).into();
+    let space = space_of(&[], &[], Course { lasted: Span::from_secs(3), phases });
+    // What took no time is left out; of a repeat that is not known, anything may be.
+    let names: Vec<&str> = space.phases().iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["idle", "repeat", "wait"]);
+    let searches: [Box<dyn Search>; 2] =
+        [Box::new(Guided::new(&space, 1)), Box::new(Random::new(&space, 1))];
+    for mut search in searches {
+        let mut latest = [0; 4];
+        for fault in (0..400).flat_map(|_| search.next().schedule.faults) {
+            let When::Step { phase, number, after } = fault.when else { continue };
+            let place = match phase.as_str() {
+                "idle" => 0,
+                "wait" => number as usize,
+                _ => continue,
+            };
+            latest[place] = after.as_nanos().max(latest[place]);
+        }
+        for (latest, most) in latest.into_iter().zip(ms(&[30, 30, 2_000, 900])) {
+            let most = most.as_nanos();
+            assert!(latest < most && latest > most / 2, "{latest} of {most}");
+        }
+    }
+}
+
+/// Found by a user: a plan stalled for 3599.9999999999995 s.
+#[test]
+fn severities_are_numbers_that_a_person_would_write() {
+    let space = space(&[], &[]);
+    let mut search = Random::new(&space, 1);
+    for fault in (0..400).flat_map(|_| search.next().schedule.faults) {
+        let (severity, info) = (fault.what.severity(), fault.what.info());
+        let text = severity.to_string();
+        let is_short = match info.lasts {
+            Lasts::Itself => text.split_once('.').is_none_or(|(_, rest)| rest.len() <= 3),
+            _ => format!("{severity:.3e}").parse() == Ok(severity),
+        };
+        assert!(is_short || !fault.what.is_graded(), "{fault:?}");
     }
 }

@@ -1,6 +1,7 @@
 //! Executors of campaign cases: [`Simulated`] in virtual time, `OnBench` in real time.
 
 mod beginnings;
+mod clocked;
 #[cfg(feature = "live")]
 mod on_bench;
 mod passes;

@@ -1,11 +1,12 @@
 //! Runs cases in real time, one at a time: emulated devices on ports, real ones, any device under test.
 
+use super::clocked::Clocked;
 use super::simulated::{result, struck};
-use crate::campaign::{Case, CaseResult, Executor};
+use crate::campaign::{Case, CaseResult, Course, Executor};
 use crate::faults::{FaultKind, Target};
 use crate::plan::Property;
 use crate::properties::Unjudged;
-use crate::record::sink::NullSink;
+use crate::record::sink::{NullSink, RecordSink};
 use crate::run::Prepared;
 use crate::run_live::{LiveOrder, carry_out};
 use live::world::{LiveError, Setting};
@@ -90,7 +91,7 @@ impl OnBench {
         self.site.bench.take_broken()
     }
 
-    fn run(&self, case: &Case) -> (Span, CaseResult) {
+    fn run(&self, case: &Case, sink: &mut dyn RecordSink) -> (Span, CaseResult) {
         let not_run = || (Span::ZERO, CaseResult::given_up());
         let mut broken = self.site.bench.turn();
         if broken.is_some() || (self.site.stop)() {
@@ -106,9 +107,9 @@ impl OnBench {
         };
         let person = self.site.person.as_ref().map(|person| person());
         let operator = Operator::live(self.site.answers.clone(), person);
-        match carry_out(order, operator, &mut NullSink, &mut |_| !(self.site.stop)()) {
+        match carry_out(order, operator, sink, &mut |_| !(self.site.stop)()) {
             Ok(live) => {
-                let result = result(&prepared, &live.run);
+                let result = result(&self.prepared, &live.run);
                 (live.run.end - Timestamp::ZERO, result)
             }
             Err(error) => {
@@ -121,11 +122,13 @@ impl OnBench {
 
 impl Executor for OnBench {
     fn execute(&self, case: &Case) -> CaseResult {
-        self.run(case).1
+        self.run(case, &mut NullSink).1
     }
 
-    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-        self.run(&Case { seed, ..Case::default() })
+    fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
+        let mut clocked = Clocked::new(&self.prepared.plan);
+        let (lasted, result) = self.run(&Case { seed, ..Case::default() }, &mut clocked);
+        (clocked.course(lasted), result)
     }
 
     fn is_stopped(&self) -> bool {

@@ -1,11 +1,12 @@
 //! Runs cases in virtual time.
 
 use super::beginnings::Beginnings;
+use super::clocked::Clocked;
 use super::passes;
-use crate::campaign::{Case, CaseResult, Executor, KEEPS_RUNNING, Violated};
+use crate::campaign::{Case, CaseResult, Course, Executor, KEEPS_RUNNING, Violated};
 use crate::outcome::Outcome;
 use crate::properties::{Kind, PropertyVerdict};
-use crate::record::sink::NullSink;
+use crate::record::sink::{NullSink, RecordSink};
 use crate::run::{self, Prepared, Underway, simulate_watched};
 use rig::operator::Answers;
 use std::collections::BTreeMap;
@@ -49,15 +50,18 @@ impl Simulated {
         &self.answers
     }
 
-    fn run(&self, case: &Case) -> (Span, CaseResult) {
+    fn run(&self, case: &Case) -> CaseResult {
         let run = match self.beginning(case) {
             Some(underway) => underway.into_end(&mut NullSink),
-            None => {
-                let (struck, answers) = (struck(&self.prepared, case), &self.answers);
-                simulate_watched(&struck, case.seed, answers, &mut NullSink, &mut |_| true)
-            }
+            None => self.whole(case, &mut NullSink),
         };
-        (run.end - Timestamp::ZERO, self.result(&run))
+        self.result(&run)
+    }
+
+    /// The run of `case` from its beginning.
+    fn whole(&self, case: &Case, sink: &mut dyn RecordSink) -> run::Ended {
+        let struck = struck(&self.prepared, case);
+        simulate_watched(&struck, case.seed, &self.answers, sink, &mut |_| true)
     }
 
     fn result(&self, run: &run::Ended) -> CaseResult {
@@ -65,7 +69,8 @@ impl Simulated {
             return result(&self.prepared, run);
         }
         let (measurements, judged) = run.judge(&self.prepared.plan.measurements);
-        passes::result(run, &measurements, judged)
+        let acted = acted(&self.prepared, run);
+        CaseResult { acted, ..passes::result(run, &measurements, judged) }
     }
 
     /// The run of `case` shortly before its first fault, if it can go on from a snapshot.
@@ -84,11 +89,12 @@ pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
     prepared
 }
 
-/// Result of a run.
+/// Result of a run of the plan with the faults of a case.
 pub(super) fn result(prepared: &Prepared, run: &run::Ended) -> CaseResult {
     let (measurements, judged) = run.judge(&prepared.plan.measurements);
+    let acted = acted(prepared, run);
     if prepared.plan.judged(&prepared.rig).is_empty() {
-        return passes::result(run, &measurements, judged);
+        return CaseResult { acted, ..passes::result(run, &measurements, judged) };
     }
     let verdicts = &run.properties;
     let never_judged: BTreeMap<_, _> = verdicts.iter().filter_map(never_judged).collect();
@@ -110,11 +116,18 @@ pub(super) fn result(prepared: &Prepared, run: &run::Ended) -> CaseResult {
             .map(|verdict| verdict.name.clone())
             .collect(),
         repeated: BTreeMap::new(),
+        acted,
         passed: run.ending.outcome.max(judged) == Outcome::Passed && never_judged.is_empty(),
         never_judged,
         announced: run.announced,
         stopped: false,
     }
+}
+
+/// How often each fault of a case acted: they stand behind those of the plan.
+fn acted(prepared: &Prepared, run: &run::Ended) -> Vec<u64> {
+    let of_case = run.faults.iter().skip(prepared.plan.faults.faults.len());
+    of_case.map(|fault| fault.acted).collect()
 }
 
 /// A sometimes-property has nothing to judge until it occurs.
@@ -143,7 +156,7 @@ fn violated(verdict: &PropertyVerdict) -> Option<Violated> {
 
 impl Executor for Simulated {
     fn execute(&self, case: &Case) -> CaseResult {
-        self.run(case).1
+        self.run(case)
     }
 
     fn execute_until(&self, case: &Case, property: &str) -> CaseResult {
@@ -163,8 +176,10 @@ impl Executor for Simulated {
         }
     }
 
-    fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
-        self.run(&Case { seed, ..Case::default() })
+    fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
+        let mut clocked = Clocked::new(&self.prepared.plan);
+        let run = self.whole(&Case { seed, ..Case::default() }, &mut clocked);
+        (clocked.course(run.end - Timestamp::ZERO), self.result(&run))
     }
 
     fn is_stopped(&self) -> bool {

@@ -4,7 +4,8 @@ use super::broken::{Smallest, TrialFindings};
 use super::folder::Folder;
 use super::{Trial, TrialError};
 use crate::campaign::{
-    self, Case, CaseResult, Executor as _, Found, Guided, Journal, Regression, Settings, Space,
+    self, Case, CaseResult, Course, Executor as _, Found, Guided, Journal, Regression, Settings,
+    Space,
 };
 use crate::executors::Simulated;
 use crate::faults::FaultKind;
@@ -15,7 +16,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::thread::available_parallelism;
-use wire::time::Span;
 
 /// Default number of cases: a few seconds for a plan of one minute.
 pub const CASES: u64 = 200;
@@ -90,7 +90,7 @@ impl TrialCampaign {
     fn space(
         &self,
         prepared: &Prepared,
-        (horizon, clean): (Span, CaseResult),
+        (course, clean): (Course, CaseResult),
     ) -> Result<Space, TrialError> {
         let plan = &prepared.plan;
         let name = || plan.name.as_str().to_owned();
@@ -108,7 +108,7 @@ impl TrialCampaign {
             return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
         }
         let lines = prepared.rig.struck();
-        let space = Space::new(plan, lines, horizon, FAULTS_MAX, &self.faults);
+        let space = Space::new(plan, lines, course, FAULTS_MAX, &self.faults).on(&prepared.rig);
         if space.kinds().is_empty() {
             return Err(TrialError::NothingToStrike { plan: name() });
         }
@@ -146,7 +146,10 @@ impl TrialCampaign {
                 let plan = plan.name.as_str();
                 let project = self.trial.prepared.project.as_deref();
                 let property = &property;
-                let regression = Regression { plan, text, project, property, what, case };
+                let small = found.shrunk.small();
+                let again = "";
+                let regression =
+                    Regression { plan, text, project, property, what, case, small, again };
                 (regression.name(), regression.to_toml(folder)?)
             }
             None => {

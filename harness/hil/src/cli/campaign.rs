@@ -6,6 +6,7 @@ mod faults;
 mod on_bench;
 #[cfg(feature = "nats")]
 mod over;
+mod saved;
 mod what;
 
 use super::EXIT_STATUSES;
@@ -24,7 +25,7 @@ use super::setup::{Setup, SetupArguments};
 use crate::choices::threads;
 use account::{Kept, Place};
 use campaign::{
-    self, Campaign, CaseResult, Executor, Guided, Journal, PASSES, Random, Regression, Search,
+    self, Campaign, CaseResult, Course, Executor, Guided, Journal, PASSES, Random, Search,
     Settings, Space,
 };
 use clap::{Args, ValueEnum};
@@ -37,12 +38,12 @@ use plan::made::Made;
 use record::figures;
 use record::locked::Locked;
 use record::outcome::Outcome;
+use saved::Earlier;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 use views::console::{self, Again, Style};
-use wire::time::Span;
 
 /// How the next case is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -82,6 +83,9 @@ pub(super) struct CampaignArguments {
     /// Kinds of faults, with commas between (see `hil list faults`). [default: all that apply]
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     faults: Vec<String>,
+    /// Kinds of faults that are left out, with commas between.
+    #[arg(long, value_name = "KIND", value_delimiter = ',', conflicts_with_all = ["envelope", "envelopes"])]
+    without: Vec<String>,
     /// What the faults strike, with commas between: gyro, base, table, host or operator, a node with
     /// its messages and signals, a line, or a message or signal of a node. [default: all but
     /// messages and signals of the device under test; with --envelope the first that the fault
@@ -146,6 +150,7 @@ struct Task<'a> {
 struct Begun {
     folder: PathBuf,
     journal: Journal,
+    earlier: Vec<Earlier>,
 }
 
 impl CampaignArguments {
@@ -210,8 +215,9 @@ impl CampaignArguments {
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
             let (folder, _held) = self.opened(&prepared)?;
             let what = self.what(&task, "");
-            let begun = Begun { journal: Journal::open(&folder.join(JOURNAL), &what)?, folder };
-            let replay = self.setup.replay();
+            let journal = Journal::open(&folder.join(JOURNAL), &what)?;
+            let begun = Begun { journal, earlier: saved::earlier(&folder), folder };
+            let replay = self.again();
             let place = |carried_out_by| Place { carried_out_by, replay: &replay };
             #[cfg(feature = "nats")]
             if let Some(server) = self.over.server()? {
@@ -255,11 +261,11 @@ impl CampaignArguments {
     }
 
     /// Returns the faults to choose from, after checking that the run without faults violates no property; `clean` is
-    /// the duration and result of that run.
+    /// the course and result of that run.
     fn space(
         &self,
         task: &Task<'_>,
-        (horizon, clean): (Span, CaseResult),
+        (course, clean): (Course, CaseResult),
         can_suffer: impl Fn(Target, FaultKind) -> bool,
     ) -> Result<Space, Failure> {
         let (plan, lines) = (&task.prepared.plan, task.prepared.rig.struck());
@@ -289,8 +295,10 @@ impl CampaignArguments {
         }
         let faults_max = usize::from(self.faults_max);
         let targets = self.struck(task.prepared)?;
-        let space = Space::among(plan, lines, horizon, faults_max, &self.faults, &targets);
-        let space = space.within(can_suffer);
+        let space = Space::among(plan, lines, course, faults_max, &self.faults, &targets);
+        let is_wanted = |kind: FaultKind| !self.without.iter().any(|name| name == kind.name());
+        let space = space.on(&task.prepared.rig);
+        let space = space.within(|target, kind| is_wanted(kind) && can_suffer(target, kind));
         if space.kinds().is_empty() {
             return Err(Failure::arguments(
                 format!("none of these faults can strike the bench of {}", plan.name),
@@ -318,8 +326,8 @@ impl CampaignArguments {
         states: &BTreeMap<String, bool>,
         settings: &Settings,
     ) -> Result<(Campaign, Vec<PathBuf>), Failure> {
-        let Task { source, prepared, interrupt, screen } = *task;
-        let Begun { folder, mut journal, .. } = begun;
+        let Task { prepared, interrupt, screen, .. } = *task;
+        let Begun { folder, mut journal, earlier } = begun;
         let mut search: Box<dyn Search> = match self.by {
             By::Margins => Box::new(Guided::new(space, self.seed)),
             By::Chance => Box::new(Random::new(space, self.seed)),
@@ -331,19 +339,7 @@ impl CampaignArguments {
                 !interrupt.requested()
             })?;
         bar.finish_and_clear();
-        let mut saved = Vec::new();
-        for found in &done.found {
-            let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
-            let regression = Regression {
-                plan: prepared.plan.name.as_str(),
-                text: source,
-                project: prepared.project.as_deref(),
-                property: &found.property,
-                what: what.map_or("", |violated| violated.what.as_str()),
-                case: &found.shrunk.case,
-            };
-            saved.push(regression.write(self.regressions.as_deref().unwrap_or(&folder))?);
-        }
+        let saved = self.save(task, &folder, &done, earlier)?;
         Ok((done, saved))
     }
 
@@ -355,11 +351,12 @@ impl CampaignArguments {
         (done, saved): (&Campaign, &[PathBuf]),
         again: Option<&Again<'_>>,
     ) -> Result<Outcome, Failure> {
-        let markdown = console::campaign_markdown(kept.plan(), done, saved);
+        let markdown = console::campaign_markdown(kept.plan(), done, saved, kept.replay());
         for (found, path) in done.found.iter().zip(saved) {
             let title = format!("{}: {} broke", kept.plan(), found.property);
             let seed = found.shrunk.case.seed;
-            let message = format!("again: hil run {} --seed {seed}", path.display());
+            let again = format!("hil run {} --seed {seed} {}", path.display(), kept.replay());
+            let message = format!("again: {}", again.trim_end());
             Annotation { place: None, title, message }.show(screen);
         }
         let page = kept.end(done, saved, again)?;

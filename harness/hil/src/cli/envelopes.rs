@@ -102,11 +102,11 @@ impl EnvelopeArguments {
         };
         let ours = [FIGURES, JOURNAL].iter().any(|name| folder.join(name).is_file());
         let _held = taken(folder, ours)?;
-        let (horizon, _) = means.executor.without_faults(means.seed);
+        let (course, _) = means.executor.without_faults(means.seed);
         let kept = Kept::open(means.executor, &folder.join(JOURNAL), &means.what)?;
         let mut all = Vec::new();
         for asked in asked {
-            let envelope = means.measure(&kept, &asked, horizon);
+            let envelope = means.measure(&kept, &asked, course.lasted);
             if let Some(failure) = kept.failure() {
                 return Err(failure.into());
             }

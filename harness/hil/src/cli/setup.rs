@@ -95,10 +95,10 @@ impl FromStr for Controller {
 pub(super) struct SetupArguments {
     /// The clock of the run.
     #[arg(long, value_enum, default_value_t = Clock::Virtual)]
-    clock: Clock,
+    pub(super) clock: Clock,
     /// What carries bytes and frames. [default: memory with the virtual clock, pty with the real one]
     #[arg(long, value_enum)]
-    bus: Option<BusChoice>,
+    pub(super) bus: Option<BusChoice>,
     /// The controller of the paper's robot: in-process, process, or a command line with {gyro} and {base} for the
     /// ports; a rig file names its programs itself. [default: in-process with the virtual clock, process with the real one]
     #[arg(long, value_name = "in-process|process|COMMAND")]
@@ -113,7 +113,7 @@ pub(super) struct SetupArguments {
     /// Ask for real-time priority and locked memory; without the permission the run continues
     /// without them.
     #[arg(long)]
-    realtime: bool,
+    pub(super) realtime: bool,
 }
 
 /// The world that a plan runs in.

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod bus;
+mod campaigns;
 mod ci;
 mod closing;
 #[cfg(target_os = "linux")]

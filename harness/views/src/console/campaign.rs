@@ -2,7 +2,7 @@
 
 use super::{Style, in_cell, lines, printable};
 use campaign::Measured;
-use campaign::{Campaign, Envelope, Level, Repeated};
+use campaign::{Campaign, Envelope, Level, Repeated, Shrunk, Small};
 use comfy_table::Cell;
 use judge::properties::Unjudged;
 use plan::faults::Fault;
@@ -95,11 +95,11 @@ pub fn campaign_table(
             "\n{}: case {}, {}, seed {}\n  {}\n  {}\n",
             in_cell(&found.property),
             found.number,
-            match (figures::counted(faults as u64, "fault", "faults"), found.shrunk.executions) {
-                (faults, 0) => format!("{faults}, not shrunk"),
-                (faults, runs) =>
-                    format!("shrunk to {faults} in {}", figures::counted(runs, "run", "runs")),
-            },
+            shrunk(
+                &figures::counted(faults as u64, "fault", "faults"),
+                &figures::counted(found.shrunk.executions, "run", "runs"),
+                &found.shrunk,
+            ),
             found.shrunk.case.seed,
             what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, in_cell(&v.what))),
             path.display(),
@@ -138,6 +138,15 @@ pub fn campaign_table(
         if tally.broken.len() == 1 { "y" } else { "ies" },
     );
     text
+}
+
+/// How far a case was shrunk, to these faults in these runs.
+fn shrunk(faults: &str, runs: &str, shrunk: &Shrunk) -> String {
+    match shrunk.small() {
+        _ if shrunk.executions == 0 => format!("{faults}, not shrunk"),
+        Small::InPart => format!("shrunk in part to {faults} in {runs}"),
+        _ => format!("shrunk to {faults} in {runs}"),
+    }
 }
 
 pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_>>) -> String {
@@ -319,7 +328,7 @@ pub(crate) mod tests {
             property: "fresh_heading".to_owned(),
             number: 41,
             case: case.clone(),
-            shrunk: Shrunk { case, result, executions: 37 },
+            shrunk: Shrunk { case, result, executions: 37, stopped: false },
             times: 3,
         };
         let done = Campaign {

@@ -71,7 +71,7 @@ fn measurement_row(measurement: &Measurement, has_paper: bool) -> String {
 
 /// Formats a campaign: broken properties with the command that reproduces each, and margins of the others. `saved` are
 /// the plans of the smallest cases, one for each property that broke.
-pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> String {
+pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf], replay: &str) -> String {
     let tally = &done.tally;
     let found = done.found.len();
     let mut text = format!(
@@ -89,8 +89,9 @@ pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> Stri
     };
     for (found, path) in done.found.iter().zip(saved) {
         let (property, times) = (escaped(&found.property), found.times);
-        let again = format!("hil run {} --seed {}", path.display(), found.shrunk.case.seed);
-        let (margin, again) = (margin(&found.property), escaped(&again));
+        let seed = found.shrunk.case.seed;
+        let again = format!("hil run {} --seed {seed} {replay}", path.display());
+        let (margin, again) = (margin(&found.property), escaped(again.trim_end()));
         let _ = writeln!(text, "| **{property}** | {times} | {margin} | {again} |");
     }
     let is_held = |property: &str| done.found.iter().all(|found| found.property != property);
@@ -182,7 +183,7 @@ mod tests {
     #[test]
     fn a_campaign_says_how_it_breaks_again() {
         let (done, saved) = example();
-        insta::assert_snapshot!(campaign_markdown("live-side", &done, &saved));
+        insta::assert_snapshot!(campaign_markdown("live-side", &done, &saved, ""));
     }
 
     #[test]

@@ -85,6 +85,10 @@ impl Kept {
         &self.account.plan
     }
 
+    pub(super) fn replay(&self) -> &str {
+        &self.account.replay
+    }
+
     pub(super) fn end(
         mut self,
         done: &Campaign,

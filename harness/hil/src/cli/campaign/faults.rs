@@ -9,7 +9,14 @@ use harness::run::Prepared;
 impl CampaignArguments {
     /// Checks the names of kinds and targets, before anything is run.
     pub(super) fn known(&self, prepared: &Prepared) -> Result<(), Failure> {
-        self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))?;
+        let mut names = self.faults.iter().chain(&self.without);
+        names.try_for_each(|name| kind(name).map(|_| ()))?;
+        if let Some(both) = self.without.iter().find(|name| self.faults.contains(name)) {
+            return Err(Failure::arguments(
+                format!("{both} is asked for by --faults and left out by --without"),
+                "leave it out of one of them",
+            ));
+        }
         if self.envelopes.is_asked() {
             return Ok(());
         }

@@ -3,6 +3,7 @@
 use super::account::{Kept, Place};
 #[cfg(feature = "nats")]
 use super::over;
+use super::saved;
 use super::{Begun, CampaignArguments, JOURNAL, Task};
 use crate::cli::failure::Failure;
 use crate::cli::setup::{LiveSetup, Setup};
@@ -122,7 +123,7 @@ impl CampaignArguments {
     ) -> Result<Option<Over<'a>>, Failure> {
         let Task { prepared, interrupt, screen, .. } = *task;
         let Hands { executor, bench, name, broken } = *hands;
-        let (lasted, clean) = executor.without_faults(self.seed);
+        let (course, clean) = executor.without_faults(self.seed);
         broken()?;
         if clean.outcome != Outcome::Passed.name() {
             if interrupt.requested() {
@@ -136,18 +137,20 @@ impl CampaignArguments {
                 format!("run it there by itself to see why: hil run {} --clock real", self.plan),
             ));
         }
-        let journal = Journal::open_in_real_time(&folder.join(JOURNAL), what, lasted)?;
-        let horizon = journal.horizon().unwrap_or(lasted);
+        let path = folder.join(JOURNAL);
+        let journal = Journal::open_in_real_time(&path, what, course.clone())?;
+        let course = journal.course().cloned().unwrap_or(course);
         let can_suffer = |target, what| bench.can_suffer(target, what);
         let states = prepared.plan.unreached(bench.properties(), &clean.reached);
-        let space = self.space(task, (horizon, clean), can_suffer)?;
+        let space = self.space(task, (course, clean), can_suffer)?;
         for one in bench.unjudged() {
             screen.note(&format!("{} not judged: {}", one.name, one.why));
         }
         let shrink_max = self.shrink_max(SHRINK_MAX);
         let settings = Settings { cases: self.cases, threads: NonZeroUsize::MIN, shrink_max };
-        let begun = Begun { folder, journal };
-        let place = Place { carried_out_by: name.to_owned(), replay: "--clock real" };
+        let begun = Begun { journal, earlier: saved::earlier(&folder), folder };
+        let again = self.again();
+        let place = Place { carried_out_by: name.to_owned(), replay: &again };
         let kept = self.account(task, &space, &states, place)?;
         let (done, saved) = self.search(task, begun, executor, &space, &states, &settings)?;
         broken()?;

@@ -18,8 +18,12 @@ impl CampaignArguments {
             [] => String::new(),
             targets => format!(" of {}", targets.join("/")),
         };
+        let without = match self.without.as_slice() {
+            [] => String::new(),
+            kinds => format!(" without {}", kinds.join("/")),
+        };
         format!(
-            "{}, by {}, seed {}, up to {} of {}{targets}{bench}",
+            "{}, by {}, seed {}, up to {} of {}{without}{targets}{bench}",
             self.under_test(task),
             word(&self.by),
             self.seed,

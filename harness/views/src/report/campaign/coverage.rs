@@ -1,10 +1,12 @@
-//! Which kinds of faults were tried in which phases of the plan, and how often a property broke then.
+//! Which kinds of faults acted in cases, by the phase of the plan that they were tied to, and how often a property broke then.
 
 use super::super::download::{Table, text};
+use super::super::heading::grouped;
 use super::Gathered;
-use super::gather::{Column, Tried};
+use super::gather::{Column, Drawn, Tried};
 use campaign::{Account, Struck};
 use maud::{Markup, html};
+use record::figures;
 use std::collections::BTreeSet;
 
 /// Shades of a cell, by the share of cases in which a property breaks at least.
@@ -63,12 +65,12 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
             }
             figcaption {
                 p {
-                    "The share of cases with this fault in which a property broke: below it, how many of how many, and the 95 % "
+                    "The share of cases in which this fault acted and a property broke: below it, how many of how many, and the 95 % "
                     "interval (Wilson). The colour shows the lower end of the interval: few cases stay pale. A case holds several faults: "
                     "only the smallest case shows which of them broke it."
                 }
                 p {
-                    (counted(kinds.len(), untried)) ". " (data.link("faults-by-phase"))
+                    (counted(kinds.len(), untried)) ". " (idle(gathered.drawn)) (data.link("faults-by-phase"))
                 }
             }
         }
@@ -84,13 +86,27 @@ fn whole(gathered: &Gathered, kind: &Struck) -> Tried {
     })
 }
 
-/// How many kinds of faults there are, and how many of them no case had.
+/// How many kinds of faults there are, and how many of them acted in no case.
 fn counted(kinds: usize, untried: usize) -> String {
     match (kinds, untried) {
         (1, 0) => "1 kind of fault".to_owned(),
-        (1, _) => "1 kind of fault, never tried".to_owned(),
-        (_, 0) => format!("{kinds} kinds of faults, each of them tried"),
-        _ => format!("{kinds} kinds of faults, {untried} of them never tried"),
+        (1, _) => "1 kind of fault, which never acted".to_owned(),
+        (_, 0) => format!("{kinds} kinds of faults, each of which acted in some case"),
+        _ => format!("{kinds} kinds of faults, {untried} of which never acted"),
+    }
+}
+
+/// How many faults were drawn for nothing.
+fn idle(drawn: Drawn) -> String {
+    let Drawn { faults, idle } = drawn;
+    match (faults, idle) {
+        (_, 0) => String::new(),
+        _ => format!(
+            "Of {} drawn, {} did nothing and {} not counted: never begun, or without effect. ",
+            figures::counted(faults, "fault", "faults"),
+            grouped(idle),
+            if idle == 1 { "is" } else { "are" },
+        ),
     }
 }
 
@@ -126,8 +142,8 @@ mod tests {
     #[test]
     fn one_kind_is_one() {
         assert_eq!(counted(1, 0), "1 kind of fault");
-        assert_eq!(counted(1, 1), "1 kind of fault, never tried");
-        assert_eq!(counted(3, 1), "3 kinds of faults, 1 of them never tried");
+        assert_eq!(counted(1, 1), "1 kind of fault, which never acted");
+        assert_eq!(counted(3, 1), "3 kinds of faults, 1 of which never acted");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use campaign::{Account, FoundCase};
 use maud::{Markup, html};
+use record::figures;
 
 /// Renders one card per case; `None` if no case was shrunk.
 pub(super) fn cards(account: &Account) -> Option<Markup> {
@@ -12,14 +13,18 @@ pub(super) fn cards(account: &Account) -> Option<Markup> {
 fn card(account: &Account, found: &FoundCase) -> Markup {
     let schedule = &found.case.schedule;
     let count = schedule.faults.len();
+    let faults = figures::counted(count as u64, "fault", "faults");
     html! {
         div.effect.broken {
             h3 { (found.property) }
             p { (found.what) }
             p.small {
                 "At " (format!("{:.3}", found.at_s)) " s. First broken by case " (found.number) ", by "
-                (found.times) " case" @if found.times != 1 { "s" } " in all; shrunk to " (count) " fault"
-                @if count != 1 { "s" } " in " (found.executions) " runs."
+                (found.times) " case" @if found.times != 1 { "s" } " in all; "
+                @match found.executions {
+                    0 => { (faults) ", not shrunk." }
+                    runs => { "shrunk to " (faults) " in " (figures::counted(runs, "run", "runs")) "." }
+                }
                 @if let Some(repeated) = found.repeated {
                     " Broke in " (repeated.broke) " of " (repeated.of) " repetitions."
                 }

@@ -39,7 +39,7 @@ impl Column {
     }
 }
 
-/// How many cases tried a combination, and in how many of them a property broke.
+/// In how many cases a fault of this combination acted, and in how many of them a property broke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Tried {
     pub cases: u64,
@@ -58,11 +58,28 @@ impl Tried {
     }
 }
 
+/// The margins of one property over the cases.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Margins {
+    pub held: Vec<Point>,
+    /// Of cases that broke it: of some formulas the margin of these is zero.
+    pub broke: Vec<Point>,
+}
+
+/// The faults of all cases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Drawn {
+    pub faults: u64,
+    /// Those that never began, or changed nothing.
+    pub idle: u64,
+}
+
 /// Everything of a journal that the page draws.
 #[derive(Debug, Clone, Default)]
 pub struct Gathered {
     pub(super) tally: Tally,
-    pub(super) margins: BTreeMap<String, Vec<Point>>,
+    pub(super) margins: BTreeMap<String, Margins>,
+    pub(super) drawn: Drawn,
     pub(super) tried: BTreeMap<(Struck, Column), Tried>,
     /// Number of cases with margins beyond [`MARGINS_MAX`].
     pub(super) margins_not_kept: u64,
@@ -83,11 +100,15 @@ impl Gathered {
         }
         self.tally.count(line.number, &line.result);
         let broke = !line.result.violated.is_empty();
-        let what: BTreeSet<(Struck, Column)> = line
-            .case
-            .schedule
-            .faults
-            .iter()
+        let faults = &line.case.schedule.faults;
+        // A fault that did nothing was not tried. Where that is not known, it counts.
+        let acted = |(place, _): &(usize, _)| line.result.has_acted(*place).unwrap_or(true);
+        let acting: Vec<&Fault> =
+            faults.iter().enumerate().filter(acted).map(|(_, fault)| fault).collect();
+        self.drawn.faults += faults.len() as u64;
+        self.drawn.idle += (faults.len() - acting.len()) as u64;
+        let what: BTreeSet<(Struck, Column)> = acting
+            .into_iter()
             .map(|fault| (Struck::of(fault.what, &fault.target), Column::of(fault, &self.labels)))
             .collect();
         for key in what {
@@ -100,7 +121,9 @@ impl Gathered {
         for (property, margin) in
             line.result.margins.iter().filter(|(_, margin)| margin.is_finite())
         {
-            let points = self.margins.entry(property.clone()).or_default();
+            let margins = self.margins.entry(property.clone()).or_default();
+            let broke = line.result.breaks(property) || *margin < 0.0;
+            let points = if broke { &mut margins.broke } else { &mut margins.held };
             points.push((line.number as f64, *margin));
         }
     }

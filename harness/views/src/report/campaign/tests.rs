@@ -81,6 +81,48 @@ fn texts(page: &Html, selector: &str) -> Vec<String> {
     page.select(&selector).map(|found| found.text().collect()).collect()
 }
 
+/// Found by a user: cases that broke a comparison for equality were drawn as held, with a margin of zero.
+#[test]
+fn a_case_that_broke_is_broken_whatever_its_margin() {
+    let mut gathered = Gathered::of(&account(None));
+    for number in 0..40 {
+        let mut line = line(number);
+        let breaks = (3..6).contains(&number);
+        line.result.violated.clear();
+        if breaks {
+            let (property, what) = ("echoed".to_owned(), "other".to_owned());
+            line.result.violated.push(Violated { property, at_s: 1.0, what });
+        }
+        line.result.margins = [("echoed".to_owned(), 0.0)].into();
+        gathered.add(&line);
+    }
+    let page = Html::parse_document(&page(&account(None), &gathered));
+    assert_eq!(texts(&page, ".plots .legend span"), ["●37 held", "●3 broken"]);
+    let csv = Selector::parse("a[download='margin-echoed.csv']").unwrap();
+    let href = page.select(&csv).next().unwrap().attr("href").unwrap();
+    assert_eq!(href.matches(",broken").count(), 3, "{href}");
+    assert_eq!(href.matches(",held").count(), 37);
+}
+
+/// Found by a user: faults that never began, or changed nothing, were counted as tried and held.
+#[test]
+fn only_faults_that_acted_count_as_tried() {
+    let mut gathered = Gathered::of(&account(None));
+    for number in 0..30 {
+        let mut line = line(number);
+        let faults = &mut line.case.schedule.faults;
+        faults.push(fault("off", 9));
+        line.result.acted = vec![3, 0];
+        gathered.add(&line);
+    }
+    let text = page(&account(None), &gathered);
+    let told = "3 kinds of faults, 1 of which never acted. Of 60 faults drawn, 30 did nothing and are not counted: ";
+    assert!(text.contains(told), "{text}");
+    let page = Html::parse_document(&text);
+    // `off` was drawn at a time of the run in each case.
+    assert_eq!(texts(&page, ".heat tbody td:not(.untried):not(:first-child)").len(), 2 * 2);
+}
+
 #[test]
 fn a_step_with_a_label_has_one_column() {
     let labels = [("lap".to_owned(), vec!["first lap".to_owned()])].into();
@@ -104,7 +146,7 @@ fn the_page_says_what_broke_how_to_see_it_again_and_what_was_tried() {
     assert!(texts(&page, ".broken code")[0].ends_with(".toml --seed 7"));
     assert!(texts(&page, "pre")[0].starts_with("[[fault]]"));
     assert_eq!(texts(&page, ".verdict"), ["broken", "held"]);
-    assert!(text.contains("1 of them never tried"));
+    assert!(text.contains("1 of which never acted"));
     // 34 multiples of three below 100, of which 27, 57 and 87 end in 7.
     assert_eq!(
         texts(&page, ".heat td.shade1"),
