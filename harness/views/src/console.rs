@@ -175,7 +175,8 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
                 text += &format!("{plan}: {name} was {}\n", printable(&why));
             }
         }
-        for note in &summary.notes {
+        let reason = summary.reason.as_deref().unwrap_or_default();
+        for note in summary.notes.iter().filter(|note| !reason.contains(note.as_str())) {
             text += &format!("{}: {}\n", printable(&summary.plan), printable(note));
         }
     }
@@ -358,6 +359,9 @@ mod tests {
         );
         let below = table.lines().rev().nth(1);
         assert_eq!(below, Some(format!("laps-observed: {note}").as_str()));
+        let (outcome, reason) = (Outcome::Error, Some(format!("{note}; too late")));
+        let blamed = Summary { notes: vec![note.to_owned()], outcome, reason, ..summary() };
+        assert_eq!(measurements_table(&[blamed], Style::PLAIN).matches(note).count(), 1);
     }
 
     #[test]
