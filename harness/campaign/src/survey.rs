@@ -244,7 +244,7 @@ mod tests {
     fn a_line_of_a_rig_has_no_direction() {
         let target = |name: &str| (Target::named(name).unwrap(), LineKind::Can);
         let nodes = ["motor", "can0"].map(target).to_vec();
-        let lines = Lines { robot: None, host: false, nodes, said: Vec::new() };
+        let lines = Lines { nodes, ..Lines::default() };
         let plan = "name = \"p\"\ntitle = \"\"\nrig = \"r\"\nsteps = [{ wait = { duration_s = 1 } }]\n\
             [[property]]\nname = \"on\"\nalways = \"motor.State > 0\"\n";
         let plan = Plan::parse("p.toml", plan).unwrap();
