@@ -33,8 +33,7 @@ fn campaign(cases: u64, threads: usize) -> Campaign {
     let executor = executor(prepared.clone());
     let (horizon, clean) = executor.without_faults(1);
     assert!(clean.passed && clean.violated.is_empty(), "{clean:?}");
-    let space =
-        Space::new(&prepared.plan, prepared.rig.struck(), horizon, 4, &[]).on(&prepared.rig);
+    let space = Space::new(&prepared.plan, prepared.rig.struck(), horizon, 4, &[]);
     let folder = tempfile::tempdir().unwrap();
     let mut journal = Journal::open(&folder.path().join("cases.jsonl"), "test").unwrap();
     let threads = NonZeroUsize::new(threads).unwrap();

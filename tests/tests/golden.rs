@@ -92,8 +92,7 @@ fn campaign(name: &str, prepared: Prepared, cases: u64) -> String {
     let executor = Simulated::new(prepared.clone(), Answers::default());
     let executor = if is_of_device { executor.that_must_pass() } else { executor };
     let (horizon, _) = campaign::Executor::without_faults(&executor, 1);
-    let space =
-        Space::new(&prepared.plan, prepared.rig.struck(), horizon, 4, &[]).on(&prepared.rig);
+    let space = Space::new(&prepared.plan, prepared.rig.struck(), horizon, 4, &[]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cases.jsonl");
     let mut journal = Journal::open(&path, "golden").unwrap();

@@ -4,7 +4,7 @@ use super::course::Course;
 use super::targets::Targets;
 use plan::faults::{Fault, FaultKind, Lasts, Lines, Reach, Schedule, Target, Toward, When};
 use plan::phases::names;
-use plan::{Action, Name, Plan, Rig, Step};
+use plan::{Action, Name, Plan, Step};
 use proptest::prelude::*;
 use proptest::sample::select;
 use wire::time::Span;
@@ -25,8 +25,6 @@ pub struct Space {
     plan: Plan,
     lines: Lines,
     kinds: Vec<(Target, FaultKind)>,
-    /// Lines without a device of their own: nothing on them is at either end.
-    shared: Vec<Target>,
     phases: Vec<(Name, u32)>,
     course: Course,
     faults_max: usize,
@@ -78,26 +76,12 @@ impl Space {
                 Some((Name::new(name)?, times))
             })
             .collect();
-        let (plan, shared, faults_max) = (plan.clone(), Vec::new(), faults_max.max(1));
-        Self { plan, lines, kinds, shared, phases, course, faults_max }
-    }
-
-    /// Draws no direction for the faults of this rig's lines: it is that of one device, and a line has none of its own.
-    #[must_use]
-    pub fn on(self, rig: &Rig) -> Self {
-        let is_node = |name: &str| rig.nodes.iter().any(|node| node.name == name);
-        let lines = rig.lines.iter().map(|line| line.name.as_str());
-        self.without_ends(lines.filter(|name| !is_node(name)))
-    }
-
-    pub(super) fn without_ends<'a>(mut self, lines: impl Iterator<Item = &'a str>) -> Self {
-        self.shared = lines.filter_map(Target::named).collect();
-        self
+        Self { plan: plan.clone(), lines, kinds, phases, course, faults_max: faults_max.max(1) }
     }
 
     /// The direction of a fault, as far as there is one.
     pub(super) fn toward(&self, (target, kind): (Target, FaultKind), drawn: Toward) -> Toward {
-        let has_one = kind.info().reach.is_line() && !self.shared.contains(&target);
+        let has_one = kind.info().reach.is_line() && !self.lines.shared.contains(&target);
         if has_one { drawn } else { Toward::Both }
     }
 

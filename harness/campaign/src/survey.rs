@@ -244,12 +244,12 @@ mod tests {
     fn a_line_of_a_rig_has_no_direction() {
         let target = |name: &str| (Target::named(name).unwrap(), LineKind::Can);
         let nodes = ["motor", "can0"].map(target).to_vec();
-        let lines = Lines { nodes, ..Lines::default() };
+        let shared = vec![Target::named("can0").unwrap()];
+        let lines = Lines { nodes, shared, ..Lines::default() };
         let plan = "name = \"p\"\ntitle = \"\"\nrig = \"r\"\nsteps = [{ wait = { duration_s = 1 } }]\n\
             [[property]]\nname = \"on\"\nalways = \"motor.State > 0\"\n";
         let plan = Plan::parse("p.toml", plan).unwrap();
         let space = Space::new(&plan, lines, Span::from_secs(1), 4, &[]);
-        let space = space.without_ends(["can0"].into_iter());
         let searches: [Box<dyn Search>; 2] =
             [Box::new(crate::Guided::new(&space, 1)), Box::new(Random::new(&space, 1))];
         for mut search in searches {

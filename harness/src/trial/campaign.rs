@@ -108,7 +108,7 @@ impl TrialCampaign {
             return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
         }
         let lines = prepared.rig.struck();
-        let space = Space::new(plan, lines, course, FAULTS_MAX, &self.faults).on(&prepared.rig);
+        let space = Space::new(plan, lines, course, FAULTS_MAX, &self.faults);
         if space.kinds().is_empty() {
             return Err(TrialError::NothingToStrike { plan: name() });
         }

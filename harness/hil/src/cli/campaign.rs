@@ -297,7 +297,6 @@ impl CampaignArguments {
         let targets = self.struck(task.prepared)?;
         let space = Space::among(plan, lines, course, faults_max, &self.faults, &targets);
         let is_wanted = |kind: FaultKind| !self.without.iter().any(|name| name == kind.name());
-        let space = space.on(&task.prepared.rig);
         let space = space.within(|target, kind| is_wanted(kind) && can_suffer(target, kind));
         if space.kinds().is_empty() {
             return Err(Failure::arguments(
