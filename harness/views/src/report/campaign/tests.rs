@@ -44,7 +44,7 @@ fn account(end: Option<End>) -> Account {
         faults_max: 4,
         carried_out_by: "2 threads".into(),
         horizon_s: 100.0,
-        kinds: ["drop", "stuck", "off"].map(struck).into(),
+        kinds: ["drop", "stuck", "over_range"].map(struck).into(),
         phases: vec!["lap".into(), HOSTILE.into()],
         states: vec!["gyro_silent".into(), "bus_off".into()],
         end,
@@ -111,7 +111,7 @@ fn only_faults_that_acted_count_as_tried() {
     for number in 0..30 {
         let mut line = line(number);
         let faults = &mut line.case.schedule.faults;
-        faults.push(fault("off", 9));
+        faults.push(fault("over_range", 9));
         line.result.acted = vec![3, 0];
         gathered.add(&line);
     }
@@ -119,7 +119,7 @@ fn only_faults_that_acted_count_as_tried() {
     let told = "3 kinds of faults, 1 of which never acted. Of 60 faults drawn, 30 did nothing and are not counted: ";
     assert!(text.contains(told), "{text}");
     let page = Html::parse_document(&text);
-    // `off` was drawn at a time of the run in each case.
+    // `over_range` was drawn at a time of the run in each case.
     assert_eq!(texts(&page, ".heat tbody td:not(.untried):not(:first-child)").len(), 2 * 2);
 }
 
