@@ -64,7 +64,7 @@ pub(super) struct Hands {
 /// How a job ended in this worker.
 enum Ended {
     /// With a result to report.
-    Came(Box<Came>),
+    Came(Came),
     /// Not begun, because the worker is stopping.
     NotBegun,
     /// Begun and interrupted: the worker is to end, or the bench did not start.
@@ -88,7 +88,7 @@ impl Hands {
         };
         let work = async {
             let came = match self.came_of(&said, &message).await {
-                Ended::Came(came) => *came,
+                Ended::Came(came) => came,
                 Ended::NotBegun => {
                     let _ = message.ack_with(AckKind::Nak(None)).await;
                     return None;
@@ -161,18 +161,16 @@ impl Hands {
         if times > HANDED_OUT_MAX {
             let case = id_of(&message.subject).to_owned();
             (self.tell)(&News::GivenUp { case, times: HANDED_OUT_MAX });
-            return Ended::Came(Box::new(Came::Done(Done::of(CaseResult::ended(WORKER_LOST)))));
+            return Ended::Came(Came::Done(Box::new(Done::of(CaseResult::ended(WORKER_LOST)))));
         }
         let executor = match self.executor(said).await {
             Ok(executor) => executor,
-            Err(cause) => return Ended::Came(Box::new(Came::Refused(cause))),
+            Err(cause) => return Ended::Came(Came::Refused(cause)),
         };
         let job: Job = match serde_json::from_slice(&message.payload) {
             Ok(job) => job,
             Err(error) => {
-                return Ended::Came(Box::new(Came::Refused(format!(
-                    "its case cannot be read: {error}"
-                ))));
+                return Ended::Came(Came::Refused(format!("its case cannot be read: {error}")));
             }
         };
         let mut stopping = self.stopping.subscribe();
@@ -184,7 +182,7 @@ impl Hands {
         let carried_out = tokio::task::spawn_blocking(move || job.carry_out(&*executor)).await;
         match carried_out {
             Ok(done) if done.result.is_given_up() => Ended::BrokenOff,
-            Ok(done) => Ended::Came(Box::new(Came::Done(done))),
+            Ok(done) => Ended::Came(Came::Done(Box::new(done))),
             Err(_) => Ended::NotBegun,
         }
     }

@@ -156,7 +156,7 @@ pub(super) struct Report {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Came {
-    Done(Done),
+    Done(Box<Done>),
     /// This worker cannot carry out any job of the campaign.
     Refused(String),
 }
@@ -229,7 +229,7 @@ mod tests {
             let case = random.next();
             let job = Job::Case(case);
             assert_eq!(serde_json::from_slice::<Job>(&job.body()).unwrap(), job);
-            let came = Came::Done(job.carry_out(&Toy::default()));
+            let came = Came::Done(Box::new(job.carry_out(&Toy::default())));
             let report = Report { worker: "one".to_owned(), came };
             let there = serde_json::to_vec(&report).unwrap();
             assert_eq!(serde_json::from_slice::<Report>(&there).unwrap(), report);

@@ -89,7 +89,7 @@ impl Tray {
             Err(error) => return Read::Unreadable { message, cause: error.to_string() },
         };
         let done = match report.came {
-            Came::Done(done) => done,
+            Came::Done(done) => *done,
             Came::Refused(cause) => {
                 return Read::Refused { message, worker: report.worker, cause };
             }
