@@ -127,7 +127,7 @@ fn tables_tell_the_lines_of_a_node_apart() {
             ",motor,256,false,false,false,2,8813,rear",
         ),
     ] {
-        let text = fs::read_to_string(hil.path(&format!("tables/{table}.csv"))).unwrap();
+        let text = fs::read_to_string(hil.path(format!("tables/{table}.csv"))).unwrap();
         assert!(text.contains(front) && text.contains(rear), "{text}");
     }
 }
