@@ -81,7 +81,7 @@ impl Network {
             }
             Condition::Not(of) => Node::Not(self.add(of)),
             Condition::Known(of) => Node::Known(self.add(of)),
-            Condition::Rises(of) => Node::Edge(self.add(of), Edge::new(of.horizon())),
+            Condition::Rises(of) => Node::Edge(self.add(of), Edge::new()),
             Condition::And(a, b) => Node::Join(self.add(a), self.add(b), Join::and()),
             Condition::Or(a, b) => Node::Join(self.add(a), self.add(b), Join::or()),
             Condition::Eventually(interval, of) => self.window(interval.after(), of, false, false),

@@ -12,22 +12,19 @@ pub(crate) struct Edge {
     before: Truth,
     /// When the nanosecond of the last edge ends.
     over: Option<i64>,
-    /// How far the operand looks ahead.
-    horizon: i64,
-    /// From here on an operand is unknown because the run is over: it may change, which a reading of NaN does not.
+    /// From here on the run is over: an unknown operand may have changed, as it does not by a reading of NaN.
     open_from: Option<i64>,
 }
 
 impl Edge {
-    /// Of an operand that looks this far ahead.
-    pub(crate) fn new(horizon: i64) -> Self {
+    pub(crate) fn new() -> Self {
         let (now, before) = (Truth::UNKNOWN, Truth::FALSE);
-        Self { now, since: i64::MIN, before, over: None, horizon, open_from: None }
+        Self { now, since: i64::MIN, before, over: None, open_from: None }
     }
 
     /// The run ends before `end`.
-    pub(crate) fn end(&mut self, end: i64) {
-        self.open_from = Some(end.saturating_sub(self.horizon));
+    pub(crate) const fn end(&mut self, end: i64) {
+        self.open_from = Some(end);
     }
 
     pub(crate) fn run(&mut self, input: &mut Stream, out: &mut Stream) {
@@ -44,7 +41,7 @@ impl Edge {
         }
         if let Some(over) = self.over.filter(|over| *over < input.known()) {
             out.push(over, self.truth_at(over));
-            self.over = None;
+            (self.over, self.since) = (None, over);
         }
         let is_within = |from: &i64| self.since < *from && *from < input.known();
         if let Some(from) = self.open_from.filter(is_within)

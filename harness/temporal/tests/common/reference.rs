@@ -90,8 +90,16 @@ fn before(values: &[Value], at: usize, first: Value) -> Value {
     values[..at].iter().rev().copied().find(|value| *value != Unknown).unwrap_or(first)
 }
 
-/// The value of the formula at each moment of `rows`.
+/// The value of the formula at each moment of `rows`, of which as many as it looks ahead, and one more, are after the end.
 pub fn evaluate(form: &Form, rows: &Rows) -> Vec<Value> {
+    until_end(form, rows, rows.len() as i64 - form.horizon() - 1)
+}
+
+/// `end` is the first moment after the run.
+fn until_end(form: &Form, rows: &Rows, end: i64) -> Vec<Value> {
+    let evaluate = |form: &Form, rows: &Rows| until_end(form, rows, end);
+    // The run is over: it may have changed, and back, as it does not by a reading of NaN.
+    let is_open = |of: Value, at: usize| of == Unknown && at as i64 >= end;
     let count = rows.len() as i64;
     let at_each = |value: &dyn Fn(usize) -> Value| (0..rows.len()).map(value).collect::<Vec<_>>();
     let get = |values: &[Value], at: i64| match usize::try_from(at) {
@@ -128,12 +136,18 @@ pub fn evaluate(form: &Form, rows: &Rows) -> Vec<Value> {
             }
         }),
         Form::Rises(of) => {
-            let of = evaluate(of, rows);
-            at_each(&|at| all([of[at], not(before(&of, at, False(f64::NEG_INFINITY)))]))
+            let values = evaluate(of, rows);
+            at_each(&|at| match is_open(values[at], at) {
+                true => Unknown,
+                false => all([values[at], not(before(&values, at, False(f64::NEG_INFINITY)))]),
+            })
         }
         Form::Falls(of) => {
-            let of = evaluate(of, rows);
-            at_each(&|at| all([not(of[at]), before(&of, at, True(f64::INFINITY))]))
+            let values = evaluate(of, rows);
+            at_each(&|at| match is_open(values[at], at) {
+                true => Unknown,
+                false => all([not(values[at]), before(&values, at, True(f64::INFINITY))]),
+            })
         }
         Form::Not(of) => evaluate(of, rows).into_iter().map(not).collect(),
         Form::And(a, b) => {
