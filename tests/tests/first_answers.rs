@@ -51,6 +51,20 @@ at = "uart"
 tester = true
 "#;
 
+/// Counts every 10 ms, to 199 and again from 0.
+pub const BEAT: &str = r#"
+name = "beat"
+title = "Counts every 10 ms"
+[signal.N]
+expression = "floor(t * 100 + 0.5) % 200"
+[[message]]
+name = "Beat"
+sent_by = "device"
+can_id = 0x100
+period_s = 0.01
+fields = [{ name = "N", type = "u8" }]
+"#;
+
 fn run(device: &str, property: &str) -> TrialRun {
     let plan = format!(
         "name = \"plan\"\ntitle = \"It acknowledges\"\nrig = \"uart\"\nsteps = [\n\
@@ -93,15 +107,12 @@ fn nothing_is_judged_after_the_end_of_the_plan() {
          [[property]]\nname = \"never silent\"\nalways = \"not (historically [0 s, 0.5 s]: not changes(beat.N))\"\n\
          [[property]]\nname = \"answers\"\nalways = \"rises(beat.N == 150) -> within 0.6 s: beat.N == 10\"\n\
          [[fault]]\ntarget = \"beat\"\nwhat = { babble = { frames_per_s = 1 } }\nwhen = { at_s = 1.99 }\n";
-    let beat = "name = \"beat\"\ntitle = \"Counts every 10 ms\"\n[signal.N]\nexpression = \"floor(t * 100 + 0.5) % 200\"\n\
-         [[message]]\nname = \"Beat\"\nsent_by = \"device\"\ncan_id = 0x100\nperiod_s = 0.01\n\
-         fields = [{ name = \"N\", type = \"u8\" }]\n";
     let rig = RIG
         .replace("serial = {}", "can = {}")
         .replace("\"uart\"", "\"can0\"")
         .replace("drive", "beat");
     let folder = project::of([
-        ("devices/beat.toml", beat),
+        ("devices/beat.toml", BEAT),
         ("rigs/can.toml", rig.as_str()),
         ("plan.toml", plan),
     ]);

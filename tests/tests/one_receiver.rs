@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use crate::first_answers::BEAT;
 use crate::rigs::{PACK, load, project};
 
 /// The plan commands a current as the manager. The charger is struck after 3 s.
@@ -48,9 +49,6 @@ fn what_one_loses_the_others_hear() {
 /// Two nodes alone on a bus: what one of them loses was on it all the same, and is judged.
 #[test]
 fn what_the_only_other_node_loses_is_judged() {
-    let beat = "name = \"beat\"\ntitle = \"Counts every 10 ms\"\n[signal.N]\nexpression = \"floor(t * 100 + 0.5) % 200\"\n\
-         [[message]]\nname = \"Beat\"\nsent_by = \"device\"\ncan_id = 0x100\nperiod_s = 0.01\n\
-         fields = [{ name = \"N\", type = \"u8\" }]\n";
     let rig = "[[line]]\nname = \"can0\"\ncan = {}\n[[node]]\nname = \"beat\"\nat = \"can0\"\nemulate = \"beat\"\n\
          [[node]]\nname = \"desk\"\nat = \"can0\"\ntester = true\n";
     let plan = "name = \"plan\"\ntitle = \"The host is unplugged\"\nrig = \"two\"\nsteps = [{ wait = { duration_s = 2.05 } }]\n\
@@ -58,7 +56,7 @@ fn what_the_only_other_node_loses_is_judged() {
          [[property]]\nname = \"heard\"\nalways = \"not (historically [0 s, 500 ms]: not changes(beat.N))\"\n\
          [[fault]]\ntarget = \"desk\"\ntoward = \"device\"\nwhat = { disconnect = { for_s = 0.7 } }\nwhen = { at_s = 1.4 }\n";
     let folder = tests::project::of([
-        ("devices/beat.toml", beat),
+        ("devices/beat.toml", BEAT),
         ("rigs/two.toml", rig),
         ("plan.toml", plan),
     ]);

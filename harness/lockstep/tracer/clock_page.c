@@ -53,6 +53,9 @@ static char path[160];
 
 // The wall clock may have been set.
 void clock_page_set(void) {
+    static int64_t shown = INT64_MIN;
+    if (shown == realtime_base_ns) return;
+    shown = realtime_base_ns;
     for (int clock = 0; clock < CLOCKS; clock++) clock_page->bases[clock] = clock_ns(clock) - now_ns;
 }
 

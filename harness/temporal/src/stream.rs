@@ -16,6 +16,8 @@ pub(crate) struct Step {
 #[derive(Debug, Clone)]
 pub(crate) struct Stream {
     steps: VecDeque<Step>,
+    /// Of the last step that was taken.
+    taken: Truth,
     last: Truth,
     /// The start of the run; nothing exists before it.
     start: i64,
@@ -25,7 +27,8 @@ pub(crate) struct Stream {
 
 impl Stream {
     pub(crate) fn new() -> Self {
-        Self { steps: VecDeque::new(), last: Truth::UNKNOWN, start: i64::MIN, known: i64::MIN }
+        let (taken, last) = (Truth::UNKNOWN, Truth::UNKNOWN);
+        Self { steps: VecDeque::new(), taken, last, start: i64::MIN, known: i64::MIN }
     }
 
     /// Starts the run at `at`.
@@ -48,7 +51,7 @@ impl Stream {
         let at = at.max(self.start);
         if self.steps.back().is_some_and(|step| step.at == at) {
             self.steps.pop_back();
-            self.last = self.steps.back().map_or(Truth::UNKNOWN, |step| step.truth);
+            self.last = self.steps.back().map_or(self.taken, |step| step.truth);
         }
         if truth == self.last {
             return;
@@ -64,14 +67,14 @@ impl Stream {
     }
 
     pub(crate) fn pop(&mut self) -> Option<Step> {
-        self.next_at().and_then(|_| self.steps.pop_front())
+        let step = self.next_at().and_then(|_| self.steps.pop_front())?;
+        self.taken = step.truth;
+        Some(step)
     }
 
     /// Takes the next step if it is at `at`.
     pub(crate) fn pop_at(&mut self, at: i64) -> Option<Truth> {
-        (self.next_at() == Some(at))
-            .then(|| self.steps.pop_front().map(|step| step.truth))
-            .flatten()
+        if self.next_at() == Some(at) { self.pop().map(|step| step.truth) } else { None }
     }
 
     /// Takes all final steps.

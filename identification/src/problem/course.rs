@@ -64,7 +64,7 @@ pub(super) fn within(channels: &Channels, delay: f64) -> Vec<bool> {
 /// A gyro and headings, of which one is late.
 struct Lag<'a> {
     channels: &'a Channels,
-    /// Not numbers where there is none.
+    /// NaN in rows without a heading.
     headings: &'a [f64],
     read: &'a [f64],
     /// The rate by the headings alone.

@@ -208,8 +208,8 @@ impl SlcanHost {
         }
     }
 
-    /// Sends a frame to the adapter's line at once. Without room there, or before the bus is open, it is lost and counted; does not wait for the
-    /// adapter's acknowledgement, and counts [refusals](Counters::refused).
+    /// Sends a frame to the adapter's line at once. Without room there, or before the bus is open, it is lost and counted;
+    /// does not wait for the adapter's acknowledgement, and counts [refusals](Counters::refused).
     pub fn send(&mut self, frame: &CanFrame) {
         let is_open = self.joining.is_none();
         if is_open && frame.fd_flags().is_none() && self.command(&Command::Transmit(*frame)) {

@@ -76,7 +76,8 @@ impl Statement {
         let is_first = |number: &usize| {
             self.awaited.get(number).is_some_and(|awaited| awaited.since.is_none())
         };
-        let brings_first = values.iter().any(|(number, _)| is_first(number));
+        let brings_first =
+            !self.awaited.is_empty() && values.iter().any(|(number, _)| is_first(number));
         if brings_first || self.awaited.values().any(|awaited| awaited.since.is_some()) {
             monitor.advance(now);
             let found = first_unanswered(monitor, &self.awaited, &self.heard);

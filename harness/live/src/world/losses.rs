@@ -1,4 +1,4 @@
-//! What was lost at the ports of a run, in words, and whether the bench did what the plan says in spite of it.
+//! Notes on what was lost at the ports of a run, and whether the bench did what the plan says all the same.
 
 use super::journal::Absence;
 use super::role_port::Link;

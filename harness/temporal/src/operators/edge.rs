@@ -41,7 +41,7 @@ impl Edge {
         }
         if let Some(over) = self.over.filter(|over| *over < input.known()) {
             out.push(over, self.truth_at(over));
-            (self.over, self.since) = (None, over);
+            self.over = None;
         }
         let is_within = |from: &i64| self.since < *from && *from < input.known();
         if let Some(from) = self.open_from.filter(is_within)

@@ -101,14 +101,16 @@ impl Compared {
         let both = [first, second];
         let bands = both.map(|judged| judged.and_then(Judged::band));
         let has_moved = first.is_some() && second.is_some() && bands[0] != bands[1];
-        let figure = |judged: Option<&Judged<'_>>| {
-            let figure = judged.map_or_else(|| "-".to_owned(), Judged::figure);
-            let band = judged.filter(|_| has_moved).and_then(Judged::band);
-            band.map_or(figure.clone(), |band| format!("{figure}, band {band}"))
+        let figure = |at: usize| {
+            let figure = both[at].map_or_else(|| "-".to_owned(), Judged::figure);
+            match bands[at].as_ref().filter(|_| has_moved) {
+                Some(band) => format!("{figure}, band {band}"),
+                None => figure,
+            }
         };
         Some(Self {
             name: first.or(second)?.name().to_owned(),
-            figures: both.map(figure),
+            figures: [figure(0), figure(1)],
             verdicts: both.map(|judged| judged.map_or("-", Judged::verdict)),
             moved: first.zip(second).and_then(|(first, second)| first.moved(second)),
         })
