@@ -58,6 +58,10 @@ fn beats(faults: &str) -> (Vec<(i64, u32)>, u64) {
 }
 
 fn beats_of(program: &str, faults: &str) -> (Vec<(i64, u32)>, u64) {
+    beats_in(&format!("{PLAN}{faults}"), program)
+}
+
+fn beats_in(text: &str, program: &str) -> (Vec<(i64, u32)>, u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     fs::create_dir(path("rigs")).unwrap();
@@ -65,7 +69,7 @@ fn beats_of(program: &str, faults: &str) -> (Vec<(i64, u32)>, u64) {
     fs::write(path("beat.dbc"), DBC).unwrap();
     fs::write(path("rigs/beat.toml"), RIG.replace("BEAT", path("beat.py").to_str().unwrap()))
         .unwrap();
-    fs::write(path("beats.toml"), format!("{PLAN}{faults}")).unwrap();
+    fs::write(path("beats.toml"), text).unwrap();
     let plan = path("beats.toml");
     let prepared = Prepared::load(plan.to_str().unwrap(), &Made::default()).unwrap();
     let mut sink = MemorySink::new(Level::Full);
@@ -114,6 +118,39 @@ fn a_clock_step_sets_the_wall_clock_alone() {
     let expected = every_100(100, 1_000).chain(at_once).chain(ahead).chain([(2_100, 2_100)]);
     let expected = expected.chain(every_100(2_700, 3_000));
     assert_eq!(by_wall_clock, expected.collect::<Vec<_>>());
+}
+
+/// As on a bench: what it knew is gone, and its clocks went on.
+#[test]
+fn a_program_whose_supply_fails_is_started_again() {
+    let program = BEAT.replace("due = 0.0", "due = time.monotonic() - 10_000");
+    assert_ne!(program, BEAT);
+    let expected: Vec<_> = every_100(100, 1_000).chain(every_100(2_170, 3_000)).collect();
+    let fault = "\n[[fault]]\ntarget = \"beat\"\nwhat = { restart = { for_s = 1.02 } }\nwhen = { at_s = 1.05 }\n";
+    assert_eq!(beats_of(&program, fault), (expected.clone(), 1));
+    let (wait, cycle) =
+        ("{ wait = { duration_s = 1 } }", "{ power_cycle = { device = \"beat\", off_s = 1.02 } }");
+    let steps = format!("steps = [{{ wait = {{ duration_s = 1.05 }} }}, {cycle}, {wait}]");
+    assert_eq!(
+        beats_in(&PLAN.replace("steps = [{ wait = { duration_s = 3.05 } }]", &steps), &program),
+        (expected, 0)
+    );
+}
+
+/// It is off as long as anything cuts its supply, and it is not started again only to be stopped.
+#[test]
+fn a_supply_that_is_cut_twice_is_back_with_the_second() {
+    let program = BEAT.replace("due = 0.0", "due = time.monotonic() - 10_000");
+    let fault = |at_s: f64, for_s: f64| {
+        format!(
+            "\n[[fault]]\ntarget = \"beat\"\nwhat = {{ restart = {{ for_s = {for_s} }} }}\nwhen = {{ at_s = {at_s} }}\n"
+        )
+    };
+    let step = "steps = [{ wait = { duration_s = 1.05 } }, { power_cycle = { device = \"beat\", off_s = 0.5 } }, { wait = { duration_s = 1.5 } }]";
+    let plan = PLAN.replace("steps = [{ wait = { duration_s = 3.05 } }]", step);
+    let expected: Vec<_> = every_100(100, 1_000).chain(every_100(2_170, 2_900)).collect();
+    let faults = [fault(1.2, 0.87), fault(2.95, 60.0)].concat();
+    assert_eq!(beats_in(&format!("{plan}{faults}"), &program), (expected, 2));
 }
 
 #[test]

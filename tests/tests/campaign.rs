@@ -175,7 +175,7 @@ fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
         share: 0.5,
         asked: None,
         seed: 1,
-        horizon: Span::from_secs(38),
+        course: Span::from_secs(38).into(),
         motions: Vec::new(),
         tells: true,
         threads: NonZeroUsize::new(2).unwrap(),

@@ -4,8 +4,9 @@
 //! failure is worse than a reported one, so they are counted separately.
 
 use super::case::{Case, CaseResult};
+use super::course::Course;
 use super::executor::Executor;
-use super::space::{AFTER_MAX, severity};
+use super::space::severity;
 use emulators::random::RandomStream;
 use plan::Name;
 use plan::confidence::{Z_95, wilson};
@@ -25,9 +26,9 @@ pub struct EnvelopeSettings {
     pub seed: u64,
     /// A severity that is run in any case: the requested one.
     pub asked: Option<f64>,
-    /// Duration of the plan without faults. A fault with its own duration, or at an instant, begins at a time within
+    /// How the plan goes by without faults. A fault with its own duration, or at an instant, begins at a time within
     /// it, drawn from the seed of each run.
-    pub horizon: Span,
+    pub course: Course,
     /// The phases with motion, if the plan moves after a bias test. Faults act there, because an earlier one would be a
     /// fault of the test. The first phase is the earliest.
     pub motions: Vec<(Name, u32)>,
@@ -286,16 +287,17 @@ fn begin(fault: &Fault, seed: u64, settings: &EnvelopeSettings) -> When {
     }
     let mut random = RandomStream::new(seed, "envelope", "begin");
     let mut share = || 0.5 + 0.5 * random.symmetric_uniform();
-    let ms = |share: f64, of: Span| Span::from_millis((1e3 * share * of.as_secs_f64()) as i64);
     let motions: u32 = settings.motions.iter().map(|(_, times)| times).sum();
     let mut number = 1 + (share() * f64::from(motions)) as u32;
     for (phase, times) in &settings.motions {
         if number <= *times {
-            return When::Step { phase: phase.clone(), number, after: ms(share(), AFTER_MAX) };
+            let after = settings.course.within(phase, number, share());
+            return When::Step { phase: phase.clone(), number, after };
         }
         number -= times;
     }
-    When::At(ms(share(), settings.horizon))
+    let lasted_ms = settings.course.lasted.as_secs_f64() * 1e3;
+    When::At(Span::from_millis((share() * lasted_ms) as i64))
 }
 
 /// Result of a run.

@@ -88,7 +88,7 @@ fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
                 When::At(at) => *at = moved(*at, 0.1 * horizon, horizon),
                 When::Step { phase, number, after } => {
                     // The last whole millisecond of the phase.
-                    let latest = space.within_phase(phase, *number, 1.0 - f64::EPSILON);
+                    let latest = space.course().within(phase, *number, 1.0 - f64::EPSILON);
                     *after = moved(*after, 2.0_f64.min(horizon), latest.as_secs_f64());
                 }
                 When::Always | When::During { .. } => {

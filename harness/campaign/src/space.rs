@@ -11,9 +11,6 @@ use wire::time::Span;
 
 /// Shortest fault drawn. Assumption: a tenth of the gyro's time-out; anything shorter is a lost sample.
 pub const DURATION_MIN: Span = Span::from_millis(10);
-/// Longest time from the start of a phase to that of a fault, if it is not known how long the phase takes. Assumption:
-/// turns and straights take some seconds.
-pub(super) const AFTER_MAX: Span = Span::from_secs(10);
 /// The most repetitions of one phase that faults are drawn for; a plan may have thousands.
 pub const NUMBERS_MAX: u64 = 100;
 /// A phase that takes less than this takes no time.
@@ -149,19 +146,9 @@ impl Space {
         self.course.lasted
     }
 
-    /// How long this occurrence of a phase took without faults: a fault that begins later strikes something else.
-    pub(super) fn length(&self, phase: &Name, number: u32) -> Span {
-        let usual = || AFTER_MAX.min(self.horizon());
-        let Some(known) = self.course.phases.get(phase.as_str()) else { return usual() };
-        let this = known.get((number as usize).saturating_sub(1));
-        // A repeat may end early: another occurrence is the best guess.
-        this.or_else(|| known.iter().max()).copied().unwrap_or_else(usual)
-    }
-
-    /// The fault's time at `share` of the occurrence of a phase: before its end, in whole ms.
-    pub(super) fn within_phase(&self, phase: &Name, number: u32, share: f64) -> Span {
-        let length_ms = self.length(phase, number).as_secs_f64() * 1e3;
-        Span::from_millis((share * length_ms) as i64)
+    /// How a run without faults went by.
+    pub(super) const fn course(&self) -> &Course {
+        &self.course
     }
 
     /// The most faults of one case.
@@ -208,7 +195,7 @@ impl Space {
             select(self.phases.clone()).prop_flat_map(|(phase, times)| (Just(phase), 1..=times));
         let space = self.clone();
         let step = (phase.clone(), 0.0..1.0_f64).prop_map(move |((phase, number), share)| {
-            let after = space.within_phase(&phase, number, share);
+            let after = space.course.within(&phase, number, share);
             When::Step { phase, number, after }
         });
         let during = phase.prop_map(|(phase, number)| When::During { phase, number });

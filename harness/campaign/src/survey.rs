@@ -163,7 +163,7 @@ impl Survey {
         if dice.random.random_bool(WHOLE_PHASE) {
             return When::During { phase, number };
         }
-        let after = self.space.within_phase(&phase, number, dice.random.random());
+        let after = self.space.course().within(&phase, number, dice.random.random());
         When::Step { phase, number, after }
     }
 }

@@ -7,8 +7,8 @@ use plan::faults::{Fault, FaultKind, KindInfo, Lines, Reach, Target};
 pub struct Targets {
     /// Those that were asked for; empty for all.
     asked: Vec<Target>,
-    /// Nodes whose own messages and signals are struck only if they are asked for: the properties are stated over them,
-    /// and the node itself reads none of them.
+    /// Nodes whose supply, and whose own messages and signals, are struck only if they are asked for: the properties are
+    /// stated over what they say, and the node itself reads none of it.
     under_test: Vec<String>,
 }
 
@@ -39,12 +39,14 @@ impl Targets {
     /// Those that a kind of fault strikes on a bench with these lines.
     pub(super) fn struck(&self, kind: &KindInfo, lines: &Lines) -> Vec<Target> {
         let of_message = matches!(kind.reach, Reach::Message(_));
+        let is_quiet = of_message || kind.reach == Reach::Powered;
         let mut struck = lines.targets(kind.reach);
         struck.retain(|target| {
-            let is_its_own = of_message && self.under_test.iter().any(|node| node == target.node());
-            let all = self.asked.is_empty() && !is_its_own;
-            // Of the device under test, the name of the node stands for its traffic alone.
-            let mut asked = self.asked.iter().filter(|one| !is_its_own || one.part().is_some());
+            let is_under_test = self.under_test.iter().any(|node| node == target.node());
+            let all = self.asked.is_empty() && !(is_under_test && is_quiet);
+            // Of the device under test, the name of the node stands for no message of its own.
+            let by_part = is_under_test && of_message;
+            let mut asked = self.asked.iter().filter(|one| !by_part || one.part().is_some());
             all || asked.any(|one| holds(one, target))
         });
         if kind.reach.is_line() {

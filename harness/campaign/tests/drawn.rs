@@ -43,6 +43,7 @@ fn lines() -> Lines {
         host: true,
         nodes: ["cells", "manager", "bus"].map(target).to_vec(),
         shared: vec![Target::named("bus").unwrap()],
+        powered: ["cells", "manager"].map(|name| Target::named(name).unwrap()).to_vec(),
         said: vec![said("cells", "A"), said("cells", "B"), said("manager", "Limit")],
     }
 }
@@ -87,6 +88,9 @@ fn faults_strike_the_targets_that_were_asked_for() {
     assert_eq!(of(&["signal_value"], &["cells.A"]), "cells.A.ALevel cells.A.State");
     assert_eq!(of(&["signal_value"], &["cells.ALevel"]), "cells.A.ALevel");
     assert_eq!(of(&["stuck_counter", "drop"], &["manager.Limit"]), "manager.Limit");
+    // A supply is not a line; that of the program under test is cut on request.
+    assert_eq!(of(&["restart"], &[]), "cells");
+    assert_eq!(of(&["restart"], &["manager", "bus"]), "manager");
 }
 
 #[test]

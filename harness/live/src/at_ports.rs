@@ -5,7 +5,7 @@ use crate::world::{
     Traffic, base_traffic,
 };
 use described::{Description, Medium, Sender};
-use plan::rig::RigLine;
+use plan::rig::{NodePart, RigLine, RigNode, UnderTest};
 use plan::{DEVICE, Rig as Declared};
 use ports::PortSpec;
 use record::Device;
@@ -15,7 +15,7 @@ use rig::bench::Bench;
 use rig::build::{self, add, end, listen};
 use rig::hosted::OwnDevices;
 use rig::line::{End, EndId, Line};
-use rig::node::{Described, Node, Part};
+use rig::node::{Node, Part};
 use rig::robot::CARRIER;
 use rig::tester::Tester;
 use std::sync::Arc;
@@ -83,6 +83,7 @@ pub fn paper(
         return (rig, plans);
     }
     add(&mut rig, declared, &|place| own.start(&declared.nodes[place].name).map(Ok), seed);
+    with_programs(&mut rig, declared);
     listen(&mut rig, declared);
     plans.ports.extend(at_ports(&mut rig, declared, sites).ports);
     (rig, plans)
@@ -168,9 +169,22 @@ pub fn rig(
 ) -> (Rig, PortPlans) {
     let mut rig = Rig::default();
     add(&mut rig, declared, &|place| own.start(&declared.nodes[place].name).map(Ok), seed);
+    with_programs(&mut rig, declared);
     listen(&mut rig, declared);
     let plans = at_ports(&mut rig, declared, sites);
     (rig, plans)
+}
+
+/// The programs that this run starts: their supply is in our hands.
+fn with_programs(rig: &mut Rig, declared: &Declared) {
+    let is_program =
+        |node: &&RigNode| matches!(node.part, NodePart::UnderTest(UnderTest::Command(_)));
+    for program in declared.nodes.iter().filter(is_program) {
+        let node = rig.find(&program.name).and_then(|place| rig.nodes.get_mut(place));
+        if let Some(node) = node.filter(|node| node.is_away()) {
+            node.part = Part::Process(None);
+        }
+    }
 }
 
 /// The described devices of a rig, for nodes at these ports of its lines; no other node runs here.
@@ -194,7 +208,7 @@ fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans
     let mut plans = PortPlans::default();
     for LineSite { line: place, spec } in sites {
         let line = &(declared.robot_lines() + place);
-        let is_away = |end: &End| matches!(rig.nodes[end.node].part, Part::Away);
+        let is_away = |end: &End| rig.nodes[end.node].is_away();
         let end_place = rig.lines[*line].ends().iter().position(is_away);
         let end_place = end_place.unwrap_or_else(|| {
             // No node of the rig is at the port; other programs may listen there.
@@ -215,8 +229,7 @@ fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans
 
 /// An emulated device and its line, with a port at the first end; returns the line.
 pub fn alone(rig: &mut Rig, description: &Arc<Description>, seed: u64) -> usize {
-    let emulated = Part::Described(Box::new(Described::new(DEVICE, description, seed)));
-    let device = rig.node(Node::new(DEVICE, emulated));
+    let device = rig.node(Node::described(DEVICE, description, seed));
     let away = rig.node(Node::new("port", Part::Away));
     let ends = vec![
         end(away, PortId(0), Device::Plan, "host"),

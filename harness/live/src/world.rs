@@ -260,6 +260,7 @@ impl LiveWorld {
             machine.wake(now);
             commands.wake(now);
             self.transmit(now, sink, keep, (&mut device, commands), &clock);
+            self.switch(now, &mut programs);
             self.overhear(now, sink, &mut device);
             self.lateness.reach(self.course());
             if self.director.engine.is_ending() && !self.lateness.is_broken_off() {

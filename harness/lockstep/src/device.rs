@@ -213,6 +213,14 @@ impl Lockstep {
         in_time
     }
 
+    /// Kills it at once, as when its supply fails. What it had sent and was not fetched is lost.
+    pub fn kill(&mut self) {
+        if let Some(status) = self.family.as_mut().and_then(Family::kill) {
+            self.end(Ended::Stopped(status));
+        }
+        self.lines.outbox.clear();
+    }
+
     /// The CAN controller at a port has something to report: an error frame of `linux/can/error.h`, for the sockets whose
     /// filter asks for it. One that says bus-off takes the interface off the bus until one says that it has restarted:
     /// what the program sends meanwhile is lost.

@@ -27,6 +27,8 @@ pub enum Output {
     Dropped,
     /// Kept in this file, which is replaced.
     File(PathBuf),
+    /// Kept in this file, behind what it holds already.
+    Appended(PathBuf),
     /// Passed to a function, at the instant of virtual time in which it was written.
     Sink(Box<Hearer>),
 }
@@ -36,6 +38,7 @@ impl fmt::Debug for Output {
         match self {
             Self::Dropped => f.write_str("Dropped"),
             Self::File(path) => f.debug_tuple("File").field(path).finish(),
+            Self::Appended(path) => f.debug_tuple("Appended").field(path).finish(),
             Self::Sink(_) => f.write_str("Sink"),
         }
     }
@@ -59,14 +62,17 @@ impl fmt::Debug for Kept {
 impl Kept {
     /// Creates the file, in `folder` if none is named; the other two results are for the program.
     pub(crate) fn open(output: Output, folder: &Path) -> io::Result<(Self, Stdio, Stdio)> {
+        let is_replaced = !matches!(output, Output::Appended(_));
         let (path, sink) = match output {
             Output::Dropped => (folder.join("output"), None),
-            Output::File(path) => (path, None),
+            Output::File(path) | Output::Appended(path) => (path, None),
             Output::Sink(sink) => (folder.join("output"), Some(sink)),
         };
-        File::create(&path)?;
+        if is_replaced {
+            File::create(&path)?;
+        }
         // Append mode keeps both streams in the order of writing.
-        let writer = OpenOptions::new().append(true).open(&path)?;
+        let writer = OpenOptions::new().append(true).create(true).open(&path)?;
         let reader = File::open(&path)?;
         let streams = (writer.try_clone()?.into(), writer.try_clone()?.into());
         let kept = Self { reader, writer, sink, cut: Vec::new() };

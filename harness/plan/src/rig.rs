@@ -36,10 +36,11 @@
 //! `devices = "paper"` and `device = "oven"` in a plan stand for a rig with only that.
 
 mod file;
+mod struck;
 
 pub use file::{CanTable, LineTable, NodeTable, ReplayTable, RigFile, SerialTable};
 
-use crate::faults::{LineKind, Lines, Ride, Said, Target, TargetName};
+use crate::faults::{LineKind, Ride};
 use crate::speakers::{DEVICE, Speaker};
 use described::{Description, IsoTp, Layout, Medium, Sender};
 use emulators::base::Transport;
@@ -173,6 +174,15 @@ pub enum NodePart {
     Replayed(Replayed),
 }
 
+impl NodePart {
+    /// Whether its supply can be switched without a person: it is emulated, or a program that `hil` starts.
+    pub const fn is_powered(&self) -> bool {
+        let started =
+            matches!(self, Self::UnderTest(UnderTest::Command(_) | UnderTest::InProcess(_)));
+        matches!(self, Self::Described(_)) || started
+    }
+}
+
 /// A node.
 #[derive(Debug, Clone)]
 pub struct RigNode {
@@ -286,50 +296,6 @@ impl Rig {
         self.robot.as_deref().map(ride)
     }
 
-    /// The possible targets of faults.
-    pub fn struck(&self) -> Lines {
-        let mut nodes: Vec<(Target, LineKind)> = Vec::new();
-        let mut add = |name: &str, kind| {
-            let target = if name == DEVICE {
-                Some(Target::Device)
-            } else {
-                TargetName::new(name).map(Target::Node)
-            };
-            if let Some(target) =
-                target.filter(|target| nodes.iter().all(|(known, _)| known != target))
-            {
-                nodes.push((target, kind));
-            }
-        };
-        let kind = |line: &usize| {
-            let of_robot = self.robot_lines();
-            match line.checked_sub(of_robot).and_then(|line| self.lines.get(line)) {
-                Some(line) => line.medium.into(),
-                None => LineKind::Can,
-            }
-        };
-        if self.is_short {
-            let device = self.device().map(|device| device.layout().medium().into());
-            device.into_iter().for_each(|kind| add(DEVICE, kind));
-        } else {
-            for node in &self.nodes {
-                node.lines.first().into_iter().for_each(|line| add(&node.name, kind(line)));
-            }
-            for line in &self.lines {
-                add(&line.name, line.medium.into());
-            }
-        }
-        let said = self.speakers.iter().flat_map(|one| {
-            Said::all(&one.node, &one.layout, one.sender, kind(&one.line)).collect::<Vec<_>>()
-        });
-        let host = self.robot.is_some() || self.under_test().next().is_some();
-        let shared = self.lines.iter().filter(|_| !self.is_short).map(|line| line.name.as_str());
-        let is_node = |name: &&str| self.nodes.iter().any(|node| node.name == *name);
-        let shared = shared.filter(|name| !is_node(name)).filter_map(TargetName::new);
-        let shared = shared.map(Target::Node).collect();
-        Lines { robot: self.ride(), host, nodes, shared, said: said.collect() }
-    }
-
     /// The only device of a plan without a rig.
     pub fn device(&self) -> Option<&Arc<Description>> {
         self.nodes.iter().filter(|_| self.is_short).find_map(|node| match &node.part {
@@ -350,6 +316,12 @@ impl Rig {
     pub fn described_names(&self) -> Vec<&str> {
         let described = |node: &&RigNode| matches!(node.part, NodePart::Described(_));
         self.nodes.iter().filter(described).map(|node| node.name.as_str()).collect()
+    }
+
+    /// The nodes whose supply is in our hands.
+    pub fn powered_names(&self) -> Vec<&str> {
+        let powered = self.nodes.iter().filter(|node| node.part.is_powered());
+        powered.map(|node| node.name.as_str()).collect()
     }
 
     /// The nodes in whose place the plan sends, with their messages.

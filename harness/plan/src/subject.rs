@@ -299,13 +299,28 @@ impl<'a> Subject<'a> {
         values.iter().try_for_each(check).map_err(|message| here.mistake(message))
     }
 
-    pub(super) fn role(&self, role: &str, at: &Place, key: &'static str) -> Checked {
+    /// Checks that the plan can switch the supply of this node.
+    pub(super) fn supply(&self, role: &str, at: &Place) -> Checked {
+        self.role_among(role, Rig::powered_names, at, "device")
+    }
+
+    fn role(&self, role: &str, at: &Place, key: &'static str) -> Checked {
+        self.role_among(role, Rig::described_names, at, key)
+    }
+
+    fn role_among(
+        &self,
+        role: &str,
+        names: impl Fn(&Rig) -> Vec<&str>,
+        at: &Place,
+        key: &'static str,
+    ) -> Checked {
         // The emulators of the robot know its parameters.
         if self.has_robot {
             return Ok(());
         }
         let known = match self.rig {
-            Some(rig) => rig.described_names(),
+            Some(rig) => names(rig),
             None if self.is_short => vec![DEVICE],
             None => return Ok(()),
         };

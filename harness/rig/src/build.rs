@@ -2,7 +2,7 @@
 
 use super::Rig;
 use super::line::{End, EndId, Line};
-use super::node::{BASE, Described, GYRO, Machine, Node, Part};
+use super::node::{BASE, GYRO, Machine, Node, Part};
 use super::own::Own;
 use super::replayed::Replaying;
 use super::robot::{CARRIER, Robot};
@@ -64,9 +64,7 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
     let mut away = Vec::new();
     for (place, node) in declared.nodes.iter().enumerate() {
         let part = match &node.part {
-            NodePart::Described(description) => {
-                Part::Described(Box::new(Described::new(&node.name, description, seed)))
-            }
+            NodePart::Described(description) => Node::described(&node.name, description, seed).part,
             NodePart::Tester(layout, sender) => {
                 let tester = Tester::new(layout.clone(), *sender);
                 Part::Tester(Box::new(tester.asking(declared.channels(place))))

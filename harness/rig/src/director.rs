@@ -147,13 +147,14 @@ impl Director {
                 set_parameter(rig, now, &device, &parameter, value)
             }
             Order::PowerCycle { device, off } => {
-                let place = rig.find(&device).and_then(|place| rig.nodes.get_mut(place));
-                match place.map(|node| &mut node.part) {
-                    // The node answers once it is on again.
-                    Some(Part::Described(described)) => return described.cycle(now, now + off),
-                    Some(Part::Replayed(replaying)) => return replaying.cycle(now + off),
-                    _ => Err(format!("this bench cannot switch the power of \"{device}\"")),
-                }
+                let node = rig.find(&device).and_then(|place| rig.nodes.get_mut(place));
+                let Some(node) = node.filter(|node| node.is_powered()) else {
+                    let why = format!("this bench cannot switch the power of \"{device}\"");
+                    return self.engine.broke(now, &why);
+                };
+                // The plan goes on once it is on again.
+                node.supply.on_at = now + off;
+                return node.switch(now, false);
             }
             Order::Send(send) => match send_message(rig, now, &send) {
                 Ok(()) => return,
@@ -308,7 +309,7 @@ fn set_parameter(
     if let Some(place) = rig.find(device)
         && let Part::Described(described) = &mut rig.nodes[place].part
     {
-        let taken = described.device.set_parameter(now, parameter, value);
+        let taken = described.set_parameter(now, parameter, value);
         return taken
             .then_some(())
             .ok_or_else(|| format!("the device takes no {parameter} = {value}"));
@@ -333,7 +334,7 @@ fn correct(
              the finding"
         ));
     };
-    described.device.correct(signal, compensation.map(models::correction).as_ref())
+    described.correct(signal, compensation.map(models::correction).as_ref())
 }
 
 /// The tester that sends this message puts it on its line at once.

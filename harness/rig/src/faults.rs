@@ -12,7 +12,7 @@ use emulators::base::BaseFault;
 use emulators::gyro::GyroFault;
 use judge::properties::Seen;
 use plan::PhaseEvent;
-use plan::faults::{Chances, FaultKind, Schedule, Target, Toward};
+use plan::faults::{Chances, FaultKind, Reach, Schedule, Target, Toward};
 use record::FaultSummary;
 use record::sink::RecordSink;
 use wire::time::{Span, Timestamp};
@@ -192,6 +192,10 @@ impl Rig {
             }
             return 0;
         }
+        if let Some(node) = self.powered(target, kind) {
+            node.switch(now, false);
+            return 0;
+        }
         let stream = || chances.of("device").into_stream();
         let Some(robot) = self.robots_mut().find(|robot| robot.has(target)) else { return 0 };
         if let Some(of_gyro) = gyro_fault(kind) {
@@ -228,6 +232,10 @@ impl Rig {
             let lines = self.lines_of(target);
             return lines.iter().map(|(line, _)| self.lines[*line].end_fault(now, number)).sum();
         }
+        if let Some(node) = self.powered(target, kind) {
+            node.switch(now, true);
+            return 1;
+        }
         let Some(robot) = self.robots_mut().find(|robot| robot.has(target)) else { return 0 };
         if gyro_fault(kind).is_some() {
             return robot.bench.gyro.end_fault(number);
@@ -236,6 +244,13 @@ impl Rig {
             Carrier::Base(base) => base.end_fault(now, number),
             Carrier::Table(_) | Carrier::Turning(_) => 0,
         }
+    }
+
+    /// The node whose supply this fault cuts. The gyro has a switch of its own.
+    fn powered(&mut self, target: Target, kind: &FaultKind) -> Option<&mut Node> {
+        let is_cut = kind.info().reach == Reach::Powered && target != Target::Gyro;
+        let place = self.find(target.node()).filter(|_| is_cut)?;
+        self.nodes.get_mut(place).filter(|node| node.is_powered())
     }
 
     /// The lines that a fault of this target strikes, each with the target's end.

@@ -100,6 +100,13 @@ impl<G: Guest> OnHost<G> {
     pub fn dropped(&self) -> u64 {
         self.host.as_ref().map_or(0, |host| host.dropped)
     }
+
+    /// Loses what is held for a stalled machine.
+    pub fn forget(&mut self) {
+        if let Some(host) = &mut self.host {
+            host.held.clear();
+        }
+    }
 }
 
 impl<G> OnHost<G> {

@@ -178,6 +178,9 @@ pub trait NodeDevice: Device + Send {
         false
     }
 
+    /// Switches its supply off, or on again: it starts anew, at `now`. Called when that changes.
+    fn power(&mut self, now: Timestamp, on: bool);
+
     /// Asks it to end, at the end of the run. Returns what it did if it did not end in order, to stand behind its name:
     /// `ended with status 7 when it was asked to end`.
     fn stop(&mut self) -> Option<String> {
@@ -191,24 +194,40 @@ pub trait NodeDevice: Device + Send {
 }
 
 /// Rust code of a test, which never ends by itself.
-#[derive(Debug)]
-struct Endless<D>(D);
+struct Endless<D> {
+    /// `None` while it is off.
+    device: Option<D>,
+    start: Arc<dyn Fn() -> D + Send + Sync>,
+    /// When it was last started.
+    since: Span,
+}
+
+impl<D: fmt::Debug> fmt::Debug for Endless<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.device.fmt(f)
+    }
+}
 
 impl<D: Device> Device for Endless<D> {
     fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit) {
-        self.0.receive(now, port, what);
+        if let Some(device) = &mut self.device {
+            device.receive(now - self.since, port, what);
+        }
     }
 
     fn wake(&mut self, now: Timestamp) {
-        self.0.wake(now);
+        if let Some(device) = &mut self.device {
+            device.wake(now - self.since);
+        }
     }
 
     fn next_wakeup(&self) -> Timestamp {
-        self.0.next_wakeup()
+        let due = self.device.as_ref().map_or(Timestamp::MAX, Device::next_wakeup);
+        if due == Timestamp::MAX { due } else { due + self.since }
     }
 
     fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
-        self.0.transmit(now)
+        self.device.as_mut()?.transmit(now - self.since)
     }
 }
 
@@ -216,16 +235,26 @@ impl<D: Device> NodeDevice for Endless<D> {
     fn ended(&mut self) -> Option<String> {
         None
     }
+
+    /// Its clock starts with it.
+    fn power(&mut self, now: Timestamp, on: bool) {
+        self.device = on.then(|| (self.start)());
+        self.since = now - Timestamp::ZERO;
+    }
 }
 
 impl OwnDevices {
-    /// Adds the device that plays `node`; `start` makes one for each run, at time zero.
+    /// Adds the device that plays `node`; `start` makes one for each run, and each time that its supply comes back. Each
+    /// begins at time zero.
     pub fn add<D: Device + 'static>(
         &mut self,
         node: &str,
         start: impl Fn() -> D + Send + Sync + 'static,
     ) {
-        self.0.insert(node.to_owned(), Arc::new(move || Box::new(Endless(start()))));
+        let start: Arc<dyn Fn() -> D + Send + Sync> = Arc::new(start);
+        let begun =
+            move || Endless { device: Some(start()), start: Arc::clone(&start), since: Span::ZERO };
+        self.0.insert(node.to_owned(), Arc::new(move || Box::new(begun())));
     }
 
     /// Whether a device plays this node.

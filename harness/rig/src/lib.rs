@@ -52,6 +52,7 @@ mod rig;
 pub mod robot;
 pub mod simulate;
 mod slips;
+mod supply;
 pub mod talk;
 pub mod tester;
 mod touched;

@@ -5,6 +5,7 @@ use super::host::{Guest, OnHost};
 use super::own::Own;
 use super::replayed::Replaying;
 use super::robot::Robot;
+use super::supply::Supply;
 use super::tester::Tester;
 use crate::hosted::{Hosted, HostedController as _};
 use crate::link::StateChange;
@@ -21,6 +22,7 @@ use wire::time::Timestamp;
 pub struct Node {
     pub name: Arc<str>,
     pub part: Part,
+    pub(super) supply: Supply,
     /// Line and end of each port.
     pub(super) routes: Vec<Option<Route>>,
 }
@@ -36,7 +38,8 @@ pub(super) struct Route {
 pub enum Part {
     /// Emulated, built in: the gyro and its carrier.
     Robot(Box<Robot>),
-    Described(Box<Described>),
+    /// Emulated, as described in a file.
+    Described(Box<described::Device>),
     /// Under test in this process; takes missions.
     Controller(Box<Machine>),
     /// The user's own code in this process: emulated or under test.
@@ -46,13 +49,24 @@ pub enum Part {
     Replayed(Replaying),
     /// The plan's own port to the table.
     Plan,
-    /// At a port of this machine: a process, or a real device.
+    /// At a port of this machine: somebody's process, or a real device.
     Away,
+    /// At a port of this machine: a program of this run, and what has become of its supply since the run last looked.
+    Process(Option<bool>),
 }
 
 impl Node {
     pub fn new(name: &str, part: Part) -> Self {
-        Self { name: name.into(), part, routes: Vec::new() }
+        Self { name: name.into(), part, supply: Supply::default(), routes: Vec::new() }
+    }
+
+    /// A device as described. Its random numbers come from `seed` and the name of the node.
+    pub fn described(name: &str, description: &Arc<Description>, seed: u64) -> Self {
+        let named = match name == DEVICE || name == description.name {
+            true => Arc::clone(description),
+            false => Arc::new(description.named(name)),
+        };
+        Self::new(name, Part::Described(Box::new(described::Device::new(named, seed))))
     }
 
     pub(super) fn route(&self, port: PortId) -> Option<Route> {
@@ -64,16 +78,17 @@ impl Node {
     pub(super) fn copied(&self) -> Option<Self> {
         let part = match &self.part {
             Part::Robot(robot) => Part::Robot(robot.clone()),
-            Part::Described(described) if described.device.can_be_copied() => {
+            Part::Described(described) if described.can_be_copied() => {
                 Part::Described(described.clone())
             }
             Part::Controller(machine) => Part::Controller(Box::new(machine.copied()?)),
             Part::Tester(tester) => Part::Tester(tester.clone()),
             Part::Replayed(replaying) => Part::Replayed(replaying.clone()),
             Part::Plan => Part::Plan,
-            Part::Own(_) | Part::Described(_) | Part::Away => return None,
+            Part::Own(_) | Part::Described(_) | Part::Away | Part::Process(_) => return None,
         };
-        Some(Self { name: self.name.clone(), part, routes: self.routes.clone() })
+        let (name, supply) = (self.name.clone(), self.supply.clone());
+        Some(Self { name, part, supply, routes: self.routes.clone() })
     }
 
     /// Whether the node is emulated: woken before the devices under test.
@@ -86,11 +101,15 @@ impl Node {
         match &mut self.part {
             Part::Controller(machine) => machine.host.receive(now, port, what),
             Part::Robot(robot) => robot.receive(now, port, what),
-            Part::Described(described) => described.receive(now, what),
+            Part::Described(described) => match what {
+                Transmit::Frame(frame) => described.receive_frame(now, frame),
+                Transmit::Bytes(packet) => described.receive_bytes(now, packet.as_slice()),
+            },
+            Part::Own(_) if self.supply.is_off() => {}
             Part::Own(own) => own.receive(now, port, what),
             Part::Tester(tester) => tester.receive(now, what),
             // They read the line together with all other traffic.
-            Part::Replayed(_) | Part::Plan | Part::Away => {}
+            Part::Replayed(_) | Part::Plan | Part::Away | Part::Process(_) => {}
         }
     }
 
@@ -105,15 +124,16 @@ impl Node {
 
     #[inline]
     pub(super) fn next_wakeup(&self) -> Timestamp {
-        match &self.part {
+        let due = match &self.part {
             Part::Controller(machine) => machine.next_wakeup(),
             Part::Robot(robot) => robot.next_wakeup(),
             Part::Described(described) => described.next_wakeup(),
             Part::Own(own) => own.next_wakeup(),
             Part::Tester(tester) => tester.next_wakeup(),
             Part::Replayed(replaying) => replaying.next_wakeup(),
-            Part::Plan | Part::Away => Timestamp::MAX,
-        }
+            Part::Plan | Part::Away | Part::Process(_) => Timestamp::MAX,
+        };
+        due.min(self.supply.on_at)
     }
 
     /// Lets faults strike its machine from now on.
@@ -144,72 +164,50 @@ impl Node {
         }
     }
 
+    /// Whether it is at a port of this machine.
+    pub const fn is_away(&self) -> bool {
+        matches!(self.part, Part::Away | Part::Process(_))
+    }
+
+    /// Whether its supply is in our hands. A log says by itself what its node did meanwhile.
+    pub(super) const fn is_powered(&self) -> bool {
+        matches!(
+            self.part,
+            Part::Described(_) | Part::Own(_) | Part::Replayed(_) | Part::Process(_)
+        )
+    }
+
+    /// Cuts its supply, or undoes one cut.
+    pub(super) fn switch(&mut self, now: Timestamp, on: bool) {
+        if !self.supply.switch(on) {
+            return;
+        }
+        match &mut self.part {
+            Part::Described(described) => described.power(now, on),
+            Part::Own(own) => own.power(now, on),
+            Part::Process(wanted) => *wanted = Some(on),
+            _ => {}
+        }
+    }
+
     /// Items dropped by the node or its buffers.
     pub(super) fn dropped(&self) -> u64 {
         match &self.part {
             Part::Controller(machine) => machine.host.dropped(),
-            Part::Described(described) => described.device.dropped(),
+            Part::Described(described) => described.dropped(),
             Part::Own(own) => own.dropped(),
             _ => 0,
         }
     }
 }
 
-/// What has become of an emulated device.
+/// What has become of a node.
 #[derive(Debug)]
 pub enum Woken {
     /// It has been switched on again.
     Back,
     /// It cannot go on; why.
     Failed(String),
-}
-
-/// A described device with a power switch.
-#[derive(Debug, Clone)]
-pub struct Described {
-    pub device: described::Device,
-    /// When it is switched on again.
-    on_at: Option<Timestamp>,
-}
-
-impl Described {
-    /// Creates the device. Its random numbers come from `seed` and the name of the node.
-    pub fn new(node: &str, description: &Arc<Description>, seed: u64) -> Self {
-        let named = match node == DEVICE || node == description.name {
-            true => Arc::clone(description),
-            false => Arc::new(description.named(node)),
-        };
-        Self { device: described::Device::new(named, seed), on_at: None }
-    }
-
-    pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
-        match what {
-            Transmit::Frame(frame) => self.device.receive_frame(now, frame),
-            Transmit::Bytes(packet) => self.device.receive_bytes(now, packet.as_slice()),
-        }
-    }
-
-    /// Does what is due; returns whether the device has just been switched on again.
-    pub fn wake(&mut self, now: Timestamp) -> bool {
-        let is_back = self.on_at.take_if(|at| *at <= now).is_some();
-        if is_back {
-            self.device.power(now, true);
-        }
-        if self.device.next_wakeup() <= now {
-            self.device.wake(now);
-        }
-        is_back
-    }
-
-    pub fn next_wakeup(&self) -> Timestamp {
-        self.device.next_wakeup().min(self.on_at.unwrap_or(Timestamp::MAX))
-    }
-
-    /// Switches the device off, and on again at `on_at`.
-    pub fn cycle(&mut self, now: Timestamp, on_at: Timestamp) {
-        self.device.power(now, false);
-        self.on_at = Some(on_at);
-    }
 }
 
 /// The controller's port to its gyro.

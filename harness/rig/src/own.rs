@@ -11,7 +11,9 @@ pub type Own = OnHost<Box<dyn NodeDevice>>;
 
 impl Own {
     pub(super) fn wake(&mut self, now: Timestamp) {
-        self.guest.wake(self.told(now));
+        if !self.is_stalled() {
+            self.guest.wake(self.told(now));
+        }
     }
 
     /// In bench time; never while the machine is stalled.
@@ -24,6 +26,12 @@ impl Own {
 
     pub(super) fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
         if self.is_stalled() { None } else { self.guest.transmit(self.told(now)) }
+    }
+
+    /// Its supply is cut, or there again. What a stalled machine had not read yet is lost.
+    pub(super) fn power(&mut self, now: Timestamp, on: bool) {
+        self.forget();
+        self.guest.power(self.told(now), on);
     }
 }
 

@@ -54,7 +54,7 @@ impl Rig {
         }
         for node in &self.nodes {
             let Part::Described(described) = &node.part else { continue };
-            let device = &described.device;
+            let device = described;
             let clipped = device.clipped().map(|Clipped { name, range, unit, count, farthest }| {
                 format!(
                     "{} {}.{name} was clipped to its range, {}; the farthest value was {}",

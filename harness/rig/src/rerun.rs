@@ -14,7 +14,7 @@ use crate::engine::FIRST_MISSION;
 use crate::hosted::{HostedController as _, News};
 use controller::mission::{Command, Mission, MissionId};
 use pairs::{BUS_APART_MAX, Pairs, identifier};
-use plan::faults::{Chances, Fault, Toward};
+use plan::faults::{Chances, Fault, Reach, Toward};
 use record::reader::RecordError;
 use record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
 use std::collections::BTreeMap;
@@ -304,12 +304,14 @@ impl Again {
         Ok(())
     }
 
-    /// Begins or ends a fault of the lines. What it did to the inputs is in the record, frames of its own included.
+    /// Begins or ends a fault of the lines or of a supply. What it did to the inputs is in the record, frames of its own
+    /// included.
     fn strike(&mut self, record: &FaultRecord) -> Result<(), RerunError> {
         let number = record.index as usize;
         let Some((fault, chances)) = self.faults.get(number) else { return Ok(()) };
         let of_line = fault.what.info().reach.is_line() || fault.target.part().is_some();
-        if !of_line || fault.what.makes_frames() {
+        let of_supply = fault.what.info().reach == Reach::Powered;
+        if !(of_line || of_supply) || fault.what.makes_frames() {
             return Ok(());
         }
         let struck = (fault.target, fault.toward, &fault.what);

@@ -194,7 +194,7 @@ impl Rig {
     /// Whether the node at that end is at a port of the system.
     pub fn is_away(&self, line: usize, end: EndId) -> bool {
         let end = self.lines[line].ends().get(end.place());
-        end.is_some_and(|end| matches!(self.nodes[end.node].part, Part::Away))
+        end.is_some_and(|end| self.nodes[end.node].is_away())
     }
 
     /// Sender of something from a port: the node away whose message it is, else `at`, the end of the port.
@@ -252,6 +252,12 @@ impl Rig {
         mut told: impl FnMut(Woken),
     ) {
         for place in 0..self.nodes.len() {
+            if self.nodes[place].supply.on_at <= now {
+                self.nodes[place].supply.on_at = Timestamp::MAX;
+                self.nodes[place].switch(now, true);
+                told(Woken::Back);
+                reached(place);
+            }
             match &mut self.nodes[place].part {
                 Part::Robot(robot) => {
                     if robot.wake(now) {
@@ -260,10 +266,8 @@ impl Rig {
                     self.wake_gyro(now, place);
                 }
                 Part::Described(described) if described.next_wakeup() <= now => {
-                    if described.wake(now) {
-                        told(Woken::Back);
-                    }
-                    if let Some(why) = described.device.failure(now) {
+                    described.wake(now);
+                    if let Some(why) = described.failure(now) {
                         told(Woken::Failed(format!("`{}`: {why}", self.nodes[place].name)));
                     }
                     reached(place);
@@ -289,22 +293,19 @@ impl Rig {
                     reached(place);
                 }
                 Part::Replayed(replaying) if replaying.next_wakeup() <= now => {
-                    if replaying.is_back(now) {
-                        engine.answered(now);
-                        was_told = true;
-                    }
                     reached(place);
                 }
                 Part::Own(device) if device.next_wakeup() <= now => {
                     device.wake(now);
-                    if let Some(how) = device.guest.ended() {
-                        match device.guest.is_given_up() {
+                    let guest = &mut device.guest;
+                    if let Some(how) = guest.ended() {
+                        match guest.is_given_up() {
                             true => engine.abort(now),
                             false => engine.lost_node(now, &node.name, &how),
                         }
                         was_told = true;
                     }
-                    if let Some(why) = device.guest.wrong() {
+                    if let Some(why) = guest.wrong() {
                         engine.broke(now, &why);
                         was_told = true;
                     }
@@ -333,11 +334,11 @@ impl Rig {
         loop {
             let sent = match &mut self.nodes[place].part {
                 Part::Robot(robot) => robot.transmit().map(|what| (robot::CARRIER, what)),
-                Part::Described(described) => described.device.transmit().map(at_only_port),
+                Part::Described(described) => described.transmit().map(at_only_port),
                 Part::Own(device) => device.transmit(now),
                 Part::Replayed(replaying) => replaying.transmit(now),
                 Part::Tester(tester) => tester.transmit().map(at_only_port),
-                Part::Controller(_) | Part::Plan | Part::Away => None,
+                Part::Controller(_) | Part::Plan | Part::Away | Part::Process(_) => None,
             };
             let Some((port, what)) = sent else { return };
             self.send(now, place, port, what);

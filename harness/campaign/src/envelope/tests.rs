@@ -1,6 +1,6 @@
 use super::{EnvelopeSettings, ROUND, begin, envelope};
 use crate::case::Violated;
-use crate::{Case, CaseResult, Executor};
+use crate::{Case, CaseResult, Course, Executor};
 use emulators::random::RandomStream;
 use plan::Name;
 use plan::faults::{Fault, FaultKind, Target, When};
@@ -35,7 +35,7 @@ fn settings() -> EnvelopeSettings {
         asked: None,
         share: 0.9,
         seed: 1,
-        horizon: Span::from_secs(10),
+        course: Span::from_secs(10).into(),
         motions: Vec::new(),
         tells: true,
         threads: NonZeroUsize::new(2).unwrap(),
@@ -119,13 +119,13 @@ fn what_is_over_at_once_begins_at_some_time_by_the_seed() {
     let settings = settings();
     let drawn: BTreeSet<i64> = (0..50)
         .map(|seed| match begin(&of("disconnect"), seed, &settings) {
-            When::At(at) if at < settings.horizon => at.as_nanos(),
+            When::At(at) if at < settings.course.lasted => at.as_nanos(),
             other => panic!("{other:?}"),
         })
         .collect();
     assert!(drawn.len() > 40);
     assert_eq!(begin(&of("drop"), 1, &settings), When::Always);
-    let told = Fault { when: When::At(settings.horizon), ..of("disconnect") };
+    let told = Fault { when: When::At(settings.course.lasted), ..of("disconnect") };
     assert_eq!(begin(&told, 1, &settings), told.when);
 }
 
@@ -133,12 +133,24 @@ fn what_is_over_at_once_begins_at_some_time_by_the_seed() {
 fn after_a_bias_test_faults_strike_the_motions() {
     let name = |name| Name::new(name).unwrap();
     let motions = vec![(name("straight"), 4), (name("turn"), 4)];
-    let settings = EnvelopeSettings { motions, ..settings() };
+    let lengths = |name: &str| match name {
+        "turn" => vec![Span::from_secs(3); 4],
+        _ => vec![Span::from_secs(8); 4],
+    };
+    let phases = ["straight", "turn"].map(|name| (name.to_owned(), lengths(name))).into();
+    let course = Course { lasted: Span::from_secs(50), phases };
+    let settings = EnvelopeSettings { motions, course: course.clone(), ..settings() };
     let first = When::Step { phase: name("straight"), number: 1, after: Span::ZERO };
     assert_eq!(begin(&of("drop"), 1, &settings), first);
     let drawn: BTreeSet<String> = (0..200)
         .map(|seed| match begin(&of("disconnect"), seed, &settings) {
-            When::Step { phase, number, .. } => format!("{} {number}", phase.as_str()),
+            When::Step { phase, number, after } => {
+                assert!(
+                    after < course.length(&phase, number),
+                    "{phase:?} has ended after {after:?}"
+                );
+                format!("{} {number}", phase.as_str())
+            }
             other => panic!("{other:?}"),
         })
         .collect();

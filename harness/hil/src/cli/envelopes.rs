@@ -6,7 +6,9 @@ use super::interrupt::Interrupt;
 use super::own::taken;
 use super::progress::Screen;
 use super::say;
-use campaign::{self, Case, CaseResult, Envelope, EnvelopeSettings, Executor, Kept, Measured};
+use campaign::{
+    self, Case, CaseResult, Course, Envelope, EnvelopeSettings, Executor, Kept, Measured,
+};
 use clap::Args;
 use harness::executors::Simulated;
 use harness::run::Prepared;
@@ -21,7 +23,6 @@ use std::path::{Path, PathBuf};
 use views::console::{self, Style};
 use views::junit;
 use views::report::envelopes::page;
-use wire::time::Span;
 
 /// Which envelopes, and how they are measured.
 #[derive(Debug, Args)]
@@ -106,7 +107,7 @@ impl EnvelopeArguments {
         let kept = Kept::open(means.executor, &folder.join(JOURNAL), &means.what)?;
         let mut all = Vec::new();
         for asked in asked {
-            let envelope = means.measure(&kept, &asked, course.lasted);
+            let envelope = means.measure(&kept, &asked, &course);
             if let Some(failure) = kept.failure() {
                 return Err(failure.into());
             }
@@ -236,14 +237,14 @@ impl Means<'_> {
         })
     }
 
-    fn measure(&self, kept: &Kept<'_, Simulated>, asked: &Asked, horizon: Span) -> Envelope {
+    fn measure(&self, kept: &Kept<'_, Simulated>, asked: &Asked, course: &Course) -> Envelope {
         let tells = self.prepared.rig.robot.is_some();
         let settings = EnvelopeSettings {
             runs: asked.runs,
             share: asked.share,
             asked: asked.at_least,
             seed: self.seed,
-            horizon,
+            course: course.clone(),
             motions: self.prepared.plan.motions_after_bias_test(),
             tells,
             threads: self.threads,

@@ -158,3 +158,52 @@ fn a_real_base_has_its_bus_for_itself() {
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("the base at can:can0 has its line for itself"), "{text}");
 }
+
+const CYCLE: &str = r#"
+name = "cycle"
+title = "A program whose supply fails twice"
+rig = "alone"
+steps = [
+    { wait = { duration_s = 1 } },
+    { power_cycle = { device = "echo", off_s = 0.3 }, label = "off" },
+    { wait_until = { above = { quantity = "echo.Echo", limit = 1 } }, time_limit_s = 20 },
+    { wait = { duration_s = 1 }, label = "cut" },
+    { wait_until = { above = { quantity = "echo.Echo", limit = 1 } }, time_limit_s = 20 },
+]
+[[measurement]]
+name = "echo"
+doc = ""
+quantity = "echo.Echo"
+unit = "1"
+check = { all_within = [12.5, 12.5] }
+observations_min = 3
+[[fault]]
+target = "echo"
+what = { restart = { for_s = 0.3 } }
+when = { step = "cut" }
+"#;
+
+/// A step and a fault both kill the program, and start it again with its log.
+#[test]
+fn a_program_is_started_again_in_real_time() {
+    in_time(|| {
+        let (folder, out) = out("cycle");
+        project(folder.path());
+        let rig = RIG.replace("echo.py", &folder.path().join("echo.py").to_string_lossy());
+        let (_, nodes) = rig.split_once("[[line]]").unwrap();
+        let lamp = "[[node]]\nname = \"lamp\"\nat = \"base\"\nemulate = \"lamp\"\n";
+        assert!(nodes.contains(lamp));
+        let rig = format!("title = \"A sensor\"\n[[line]]{}", nodes.replace(lamp, ""));
+        std::fs::write(folder.path().join("rigs/alone.toml"), rig).unwrap();
+        std::fs::write(folder.path().join("cycle.toml"), CYCLE).unwrap();
+        std::fs::write(folder.path().join("echo.py"), format!("print('up', flush=True)\n{ECHO}"))
+            .unwrap();
+        let cycle = folder.path().join("cycle.toml");
+        let output = run(&["run", cycle.to_str().unwrap(), "--clock", "real"], &out);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let log = std::fs::read_to_string(out.join("device-under-test.log")).unwrap();
+        assert_eq!(log, "up\nup\nup\n");
+        let summary = summary(&out);
+        assert_eq!(summary["faults"][0]["acted"], 1, "{}", summary["faults"]);
+    });
+}

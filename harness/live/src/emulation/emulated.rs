@@ -227,7 +227,7 @@ impl Emulated {
     pub(super) fn described(&mut self, name: &str) -> Option<&mut described::Device> {
         let place = self.rig.find(name)?;
         match &mut self.rig.nodes[place].part {
-            Part::Described(described) => Some(&mut described.device),
+            Part::Described(described) => Some(described),
             _ => None,
         }
     }
@@ -235,7 +235,7 @@ impl Emulated {
     /// A described device, for inspection.
     pub(super) fn shown(&self, name: &str) -> Option<&described::Device> {
         match &self.rig.nodes[self.rig.find(name)?].part {
-            Part::Described(described) => Some(&described.device),
+            Part::Described(described) => Some(described),
             _ => None,
         }
     }

@@ -202,6 +202,20 @@ impl DeviceProcess {
         Self::spawn_into(words, lines, (new_log(log_file)?, LOG_BYTES_MAX))
     }
 
+    /// The same, behind what the file holds already.
+    ///
+    /// # Errors
+    /// When the file cannot be opened, or when the program cannot be started.
+    pub fn spawn_again(
+        words: &[String],
+        lines: &Places,
+        log_file: &Path,
+    ) -> Result<Self, SpawnError> {
+        let log = File::options().append(true).create(true).open(log_file);
+        let log = log.map_err(|source| SpawnError::Log { path: log_file.to_owned(), source })?;
+        Self::spawn_into(words, lines, (log, LOG_BYTES_MAX))
+    }
+
     /// The same, into an open file that takes so many bytes more.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use plan::Rig;
 use plan::rig::{NodePart, RigLine, RigNode, UnderTest, VirtualTime};
 use rig::hosted::NodeDevice;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -48,34 +48,80 @@ fn started(
         lines.map(|line| (rig.line_name(line).to_owned(), port(rig, line))).collect();
     let words = fill(words, &ports).map_err(|error| error.to_string())?;
     can_start(&words).map_err(|reason| format!("failed to start `{}`: {reason}", node.name))?;
-    let mut program = in_words(words);
-    let (mut places, mut uarts) = (Places::new(), Uarts::default());
+    let (mut ports, mut places, mut uarts) = (Vec::new(), Places::new(), Uarts::default());
     for line in &node.lines {
         let name = port(rig, *line);
         places.insert(rig.line_name(*line).to_owned(), place(rig, *line, &name));
-        program = match declared(rig, *line) {
+        let kind = match declared(rig, *line) {
             Some(RigLine { medium: Medium::Serial(settings), .. }) => {
-                let port = PortId(places.len() as u8 - 1);
-                uarts.add(port, rig.line_name(*line), *settings);
-                program.serial_at(name, settings.baud)
+                uarts.add(PortId(ports.len() as u8), rig.line_name(*line), *settings);
+                PortKind::Serial { baud: settings.baud }
             }
-            Some(RigLine { data_bit_rate: Some(_), .. }) => program.can_fd(name),
-            _ => program.can(name),
+            Some(RigLine { data_bit_rate: Some(_), .. }) => PortKind::CanFd,
+            _ => PortKind::Can,
         };
+        ports.push((name, kind));
     }
-    program = limited(program, &node.virtual_time).until(Arc::clone(stop));
-    program = program.env(lines::VARIABLE, lines::document(&places));
-    if let Some(log) = log {
-        let is_alone = rig.under_test().count() == 1;
-        let log = match is_alone {
-            true => log.to_owned(),
-            false => log.with_extension(format!("{}.log", node.name)),
-        };
-        program = program.output(Output::File(log));
+    let is_alone = rig.under_test().count() == 1;
+    let log = log.map(|log| match is_alone {
+        true => log.to_owned(),
+        false => log.with_extension(format!("{}.log", node.name)),
+    });
+    let limits = node.virtual_time;
+    let places = lines::document(&places);
+    let how = How { words, ports, places, limits, log, stop: Arc::clone(stop) };
+    let running = how.start(false).map_err(|error| why(&node.name, &error))?;
+    let (name, now, ahead) = (node.name.clone(), Timestamp::ZERO, Span::ZERO);
+    Ok(InStep {
+        name,
+        how,
+        running,
+        uarts,
+        now,
+        ahead,
+        not_started: None,
+        is_told: false,
+        is_over: false,
+    })
+}
+
+/// How a program is started, each time that its supply comes on.
+#[derive(Debug)]
+struct How {
+    words: Vec<String>,
+    ports: Vec<(String, PortKind)>,
+    /// The document of its lines.
+    places: String,
+    limits: VirtualTime,
+    log: Option<PathBuf>,
+    stop: Arc<AtomicBool>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum PortKind {
+    Serial { baud: u32 },
+    Can,
+    CanFd,
+}
+
+impl How {
+    /// Starts the program; `again` keeps what is in its log.
+    fn start(&self, again: bool) -> Result<Lockstep, StartError> {
+        let mut program = in_words(self.words.clone());
+        for (name, kind) in &self.ports {
+            program = match kind {
+                PortKind::Serial { baud } => program.serial_at(name, *baud),
+                PortKind::Can => program.can(name),
+                PortKind::CanFd => program.can_fd(name),
+            };
+        }
+        program = limited(program, &self.limits).until(Arc::clone(&self.stop));
+        program = program.env(lines::VARIABLE, &self.places);
+        if let Some(log) = self.log.clone() {
+            program = program.output(if again { Output::Appended(log) } else { Output::File(log) });
+        }
+        program.start()
     }
-    let running = program.start().map_err(|error| why(&node.name, &error))?;
-    let name = node.name.clone();
-    Ok(InStep { name, running, uarts, now: Timestamp::ZERO, is_told: false })
 }
 
 fn limited(mut program: Program, said: &VirtualTime) -> Program {
@@ -183,11 +229,18 @@ fn is_serial(rig: &Rig, line: usize) -> bool {
 #[derive(Debug)]
 struct InStep {
     name: String,
+    how: How,
     running: Lockstep,
     uarts: Uarts,
     now: Timestamp,
-    /// Its end was reported.
+    /// How far its wall clock is ahead. A clock with a battery goes on while the supply is off.
+    ahead: Span,
+    /// Why it did not start again.
+    not_started: Option<String>,
+    /// Its end was reported, or it is off.
     is_told: bool,
+    /// The run is over: it does not start again.
+    is_over: bool,
 }
 
 impl Device for InStep {
@@ -204,7 +257,8 @@ impl Device for InStep {
 
     fn next_wakeup(&self) -> Timestamp {
         // Immediately: its end is to be reported.
-        let has_news = !self.is_told && self.running.ended().is_some();
+        let has_ended = !self.is_told && self.running.ended().is_some();
+        let has_news = has_ended || self.not_started.is_some();
         match has_news {
             true => Timestamp::ZERO,
             false => self.running.next_wakeup().min(self.uarts.next_wakeup()),
@@ -220,6 +274,9 @@ impl Device for InStep {
 
 impl NodeDevice for InStep {
     fn ended(&mut self) -> Option<String> {
+        if let Some(why) = self.not_started.take() {
+            return Some(why);
+        }
         let ended = self.running.ended().filter(|_| !self.is_told)?;
         self.is_told = true;
         Some(in_words_of(ended, &self.running))
@@ -235,11 +292,30 @@ impl NodeDevice for InStep {
     }
 
     fn set_wall_clock(&mut self, by: Span) -> bool {
+        self.ahead += by;
         self.running.set_wall_clock(self.now, by);
         true
     }
 
+    fn power(&mut self, now: Timestamp, on: bool) {
+        self.now = now;
+        if !on {
+            self.running.kill();
+            self.is_told = true;
+        } else if !self.is_over {
+            match self.how.start(true) {
+                Ok(running) => {
+                    self.running = running;
+                    self.running.set_wall_clock(now, self.ahead);
+                    self.is_told = false;
+                }
+                Err(error) => self.not_started = Some(why(&self.name, &error)),
+            }
+        }
+    }
+
     fn stop(&mut self) -> Option<String> {
+        self.is_over = true;
         if self.running.ended().is_some() {
             return None;
         }

@@ -5,10 +5,11 @@ use super::error::StartError;
 use super::heard::Heard;
 use super::ports::Wiring;
 use crate::command::fill;
+use crate::lines::Places;
 use crate::process::{DeviceProcess, ProcessEvent};
 use std::fmt;
 use std::future::Future as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::task::Poll;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,9 +27,24 @@ impl fmt::Display for Program {
     }
 }
 
-/// Running programs; one that has ended is not polled again.
+/// The programs of a run.
 #[derive(Debug, Default)]
-pub(super) struct Programs(Vec<(String, DeviceProcess, bool)>);
+pub(super) struct Programs {
+    all: Vec<Started>,
+    /// The lines that they open.
+    places: Places,
+}
+
+#[derive(Debug)]
+struct Started {
+    node: String,
+    words: Vec<String>,
+    log: PathBuf,
+    /// `None` while its supply is cut.
+    process: Option<DeviceProcess>,
+    /// It has ended: it is not polled again.
+    ended: bool,
+}
 
 impl Programs {
     /// Starts the programs. Each writes into its own log: `log`, with the node's name in the extension unless it is
@@ -45,28 +61,38 @@ impl Programs {
         for Program { node, .. } in programs.iter().filter(expects) {
             tracing::warn!("`{node}` is expected at its ports: {}", ports.join(", "));
         }
-        let mut running = Vec::new();
+        let mut all = Vec::new();
         for Program { node, words } in programs.iter().filter(|one| !one.words.is_empty()) {
             let log = match is_alone {
                 true => log.to_owned(),
                 false => log.with_extension(format!("{node}.log")),
             };
             let words = fill(words, &wiring.words)?;
-            running.push((
-                node.clone(),
-                DeviceProcess::spawn_plain(&words, &wiring.places, &log)?,
-                false,
-            ));
+            let process = Some(DeviceProcess::spawn_plain(&words, &wiring.places, &log)?);
+            all.push(Started { node: node.clone(), words, log, process, ended: false });
         }
-        Ok(Self(running))
+        Ok(Self { all, places: wiring.places.clone() })
+    }
+
+    /// Kills the program of a node, as when its supply fails, or starts it again.
+    pub(super) fn switch(&mut self, node: &str, on: bool) -> Result<(), StartError> {
+        let Some(one) = self.all.iter_mut().find(|one| one.node == node) else { return Ok(()) };
+        // Dropping it kills it, and all that it has started.
+        one.process = None;
+        if on {
+            one.process = Some(DeviceProcess::spawn_again(&one.words, &self.places, &one.log)?);
+            one.ended = false;
+        }
+        Ok(())
     }
 
     /// Waits until one of them ends. Cancel-safe.
     pub(super) async fn heard(&mut self) -> Heard {
-        let running = self.0.iter_mut().filter(|(_, _, ended)| !*ended);
+        let running = self.all.iter_mut().filter(|one| !one.ended);
         let mut waiting: Vec<_> = running
-            .map(|(node, process, ended)| {
-                Box::pin(async move {
+            .filter_map(|Started { node, process, ended, .. }| {
+                let process = process.as_mut()?;
+                Some(Box::pin(async move {
                     loop {
                         if let ProcessEvent::Exited(exit) = process.next_event().await {
                             *ended = true;
@@ -74,7 +100,7 @@ impl Programs {
                             return Heard::NodeEnded(node.clone(), how);
                         }
                     }
-                })
+                }))
             })
             .collect();
         std::future::poll_fn(move |context| {
@@ -89,13 +115,14 @@ impl Programs {
     }
 
     pub(super) fn processes(&self) -> impl Iterator<Item = u32> {
-        self.0.iter().filter_map(|(_, process, _)| process.id())
+        self.all.iter().filter_map(|one| one.process.as_ref()?.id())
     }
 
     /// Asks them to end. One line for each that does not end in order.
     pub(super) async fn end(self) -> Vec<String> {
         let mut notes = Vec::new();
-        for (node, process, _) in self.0 {
+        for Started { node, process, .. } in self.all {
+            let Some(process) = process else { continue };
             let how = process.end(|_| {}).await.noted();
             notes.extend(how.map(|how| format!("`{node}` {how}")));
         }

@@ -5,9 +5,11 @@ use super::clock::Clock;
 use super::device_under_test::Running;
 use super::journal::note;
 use super::losses::Losses;
+use super::programs::Programs;
 use judge::properties::Seen;
 use record::sink::RecordSink;
 use record::{Device, FaultSummary};
+use rig::node::Part;
 use wire::time::Timestamp;
 
 impl LiveWorld {
@@ -41,6 +43,17 @@ impl LiveWorld {
             device.struck(clock, now);
             let seen = faults.seen();
             self.see(now, &seen);
+        }
+    }
+
+    /// Does to the programs what has become of their supplies.
+    pub(super) fn switch(&mut self, now: Timestamp, programs: &mut Programs) {
+        for node in &mut self.rig.nodes {
+            let Part::Process(wanted) = &mut node.part else { continue };
+            let Some(on) = wanted.take() else { continue };
+            if let Err(why) = programs.switch(&node.name, on) {
+                self.director.engine.broke(now, &why.to_string());
+            }
         }
     }
 

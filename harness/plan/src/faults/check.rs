@@ -75,6 +75,20 @@ impl Schedule {
                 let help = "leave `toward` out, or strike a node: `host` is what it sends";
                 return Err(at.key("toward").mistake(message).help(help));
             }
+            if reach == Reach::Powered && lines.of(target).is_some() {
+                if lines.powered.contains(&target) {
+                    continue;
+                }
+                let message = format!("the supply of `{}` is not in our hands", target.name());
+                let known: Vec<&str> = lines.powered.iter().map(Target::name).collect();
+                let help = match known.as_slice() {
+                    [] => {
+                        "it strikes emulated devices, and programs that the rig starts".to_owned()
+                    }
+                    known => format!("here it strikes: {}", known.join(", ")),
+                };
+                return Err(at.key("target").mistake(message).help(help));
+            }
             let (message, help) = match (target, lines.robot, lines.of(target), reach) {
                 (_, _, Some(LineKind::Can), Reach::SerialLine) => (
                     format!("`{kind}` is of a serial line, and {} is on CAN", whose(target.name())),

@@ -42,6 +42,8 @@ pub struct Lines {
     pub nodes: Vec<(Target, LineKind)>,
     /// Which of them are lines: what strikes one of these strikes all that is sent on it.
     pub shared: Vec<Target>,
+    /// The nodes whose supply can fail.
+    pub powered: Vec<Target>,
     /// The messages that the nodes send.
     pub said: Vec<Said>,
 }
@@ -82,6 +84,7 @@ impl Lines {
             host: true,
             nodes: Vec::new(),
             shared: Vec::new(),
+            powered: Vec::new(),
             said: Vec::new(),
         }
     }
@@ -91,7 +94,8 @@ impl Lines {
         let layout = device.layout();
         let kind = layout.medium().into();
         let said = Said::all(DEVICE, layout, Sender::Device, kind).collect();
-        Self { nodes: vec![(Target::Device, kind)], said, ..Self::default() }
+        let powered = vec![Target::Device];
+        Self { nodes: vec![(Target::Device, kind)], powered, said, ..Self::default() }
     }
 
     /// The medium of a node's line, or of the line with that name.
@@ -107,6 +111,7 @@ impl Lines {
         let of = reach.targets();
         let nodes = self.nodes.iter().map(|(target, _)| *target);
         let nodes = nodes.filter(|target| of.contains(&Target::Device) && !of.contains(target));
+        let nodes = nodes.filter(|target| reach != Reach::Powered || self.powered.contains(target));
         of.iter().copied().chain(nodes).collect()
     }
 

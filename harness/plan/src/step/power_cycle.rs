@@ -12,7 +12,8 @@ use serde::Deserialize;
 use std::fmt;
 use wire::time::Span;
 
-/// A device is switched off and on again: cold after a long pause, hot after a short one.
+/// A device is switched off and on again: cold after a long pause, hot after a short one. A program under test is killed,
+/// and started again.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PowerCycle {
@@ -34,7 +35,7 @@ impl StepKind for PowerCycle {
     }
 
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
-        survey.subject.role(self.device.as_str(), at, "device")
+        survey.subject.supply(self.device.as_str(), at)
     }
 
     fn rest(&self) -> Span {

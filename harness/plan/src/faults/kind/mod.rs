@@ -61,6 +61,8 @@ pub enum Reach {
     CanBus,
     /// A message of a node, or part of its content.
     Message(Share),
+    /// A device whose supply `hil` has in its hands: the gyro, an emulated device, a program under test that it starts.
+    Powered,
     /// A device, or the host or the operator.
     Only(Target),
 }
@@ -86,6 +88,7 @@ impl Reach {
                 &[Target::Gyro, Target::Base, Target::Table, Target::Device]
             }
             Self::CanBus => &[Target::Base, Target::Device],
+            Self::Powered => &[Target::Gyro, Target::Device],
             Self::Only(Target::Gyro) => &[Target::Gyro],
             Self::Only(Target::Base) => &[Target::Base],
             Self::Only(Target::Table) => &[Target::Table],

@@ -1,6 +1,6 @@
 //! The vocabulary of faults, one entry per kind. `docs/faults.md` has it as a table.
 
-use super::Reach::{CanBus, Line, Message, Only, SerialLine};
+use super::Reach::{CanBus, Line, Message, Only, Powered, SerialLine};
 use super::Share::{Checksum, Counter, Signal, Whole};
 use super::declare::kinds;
 use crate::faults::Target::{Base, Gyro, Host, Operator, Table};
@@ -179,10 +179,10 @@ kinds! {
         /// Its standard deviation.
         rms_kelvin: "K" 0.0..=200.0, 20.0;
     }
-    /// The gyro's supply fails and the gyro restarts: it is silent for a time, and its counters and integrated angle
-    /// start from zero.
-    Restart = "restart", Only(Gyro), Itself, READING, "brown-out" {
-        /// How long it is silent.
+    /// The supply of a device fails, and the device starts anew: it neither sends nor receives for a time, and then has
+    /// its start values (the gyro's counters and integrated angle are zero). A program is killed, and started again.
+    Restart = "restart", Powered, Itself, READING, "brown-out" {
+        /// How long it is off.
         for_s: "s" 0.001..=600.0, 1.0;
     }
     /// The base refuses velocity commands, and accepts all others.
