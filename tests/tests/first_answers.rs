@@ -100,6 +100,24 @@ fn a_wrong_first_answer_breaks_what_asks_for_a_right_one() {
     }
 }
 
+/// A message that must never be sent, and one that is due although nothing was heard of its node.
+#[test]
+fn messages_are_judged_by_whether_they_are_sent() {
+    for (property, held) in [
+        ("not sent(drive.Ack)", false),
+        ("not sent(drive.Status)", true),
+        ("sent(desk.Set) -> within 300 ms: sent(drive.Ack)", true),
+        ("sent(desk.Set) -> within 300 ms: sent(drive.Status)", false),
+    ] {
+        // Nobody asks for the status.
+        let status = STATUS.replace("period_s = 0.05", "answers = \"Ask\"");
+        let ask = "[[message]]\nname = \"Ask\"\nsent_by = \"host\"\ntext = \"ASK\\n\"\n";
+        let run = run(&format!("{DRIVE}{ask}{status}"), property);
+        let judged = run.property("acknowledges").unwrap();
+        assert_eq!(judged.held, Some(held), "{property}: {judged:?}");
+    }
+}
+
 /// The answer is under way when the plan ends, and no node runs any more when it arrives.
 #[test]
 fn nothing_is_judged_after_the_end_of_the_plan() {

@@ -1,8 +1,10 @@
-//! A node that sends frames which are no messages of it: the run passes, and says so.
+//! A node that sends frames which are no messages of it: the run says so, and those with the identifier of another node's
+//! message count as such.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use crate::rigs::{cells, load, project};
+use harness::TrialRun;
 use wire::can::{CanFrame, ExtendedId, Id, StandardId};
 use wire::device::{Device, PortId, Transmit};
 use wire::time::{Span, Timestamp};
@@ -52,6 +54,10 @@ impl Device for Strange {
 }
 
 fn notes(identifiers: &[Id]) -> Vec<String> {
+    run(identifiers).summary().notes.clone()
+}
+
+fn run(identifiers: &[Id]) -> TrialRun {
     let trial = load(&project(RIG, &cells())).unwrap();
     let identifiers = identifiers.to_vec();
     let strange = move || Strange {
@@ -59,7 +65,7 @@ fn notes(identifiers: &[Id]) -> Vec<String> {
         next: Timestamp::from_nanos(1),
         outgoing: Vec::new(),
     };
-    trial.with_node("manager", strange).run().unwrap().summary().notes.clone()
+    trial.with_node("manager", strange).run().unwrap()
 }
 
 fn standard(raw: u16) -> Id {
@@ -77,6 +83,14 @@ fn frames_that_are_no_messages_of_their_sender_are_noted() {
             "manager sent frames that are no message of can0: 0x00000200 (4), 0x7ff (4)",
         ]
     );
+}
+
+/// Found by a user: every node on the bus got a voltage of zero, and the run passed. Its log did not.
+#[test]
+fn a_forged_message_is_judged_as_its_owners() {
+    assert!(run(&[standard(512), standard(0x7ff)]).passed());
+    let forged = run(&[standard(256)]);
+    assert!(!forged.passed() && forged.value("it") == Some(0.0), "{forged}");
 }
 
 #[test]

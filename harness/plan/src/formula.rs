@@ -1,6 +1,7 @@
 //! Formulas of a plan, over the signals that the nodes of its rig send.
 
 use super::speakers::{DEVICE, MessagePlace, OfMessage, Speaker, resolve, signal, which};
+use described::hint::proposal;
 use described::{Decoded, Verdict};
 use std::collections::BTreeMap;
 use temporal::{Formula, Mistake, NotFound, Protecting, Signal, Signals};
@@ -21,17 +22,20 @@ pub enum Origin {
     Signal(MessagePlace),
     /// Whether the signal, a counter or a checksum, is correct: 1 or 0.
     Protecting(MessagePlace, Protecting),
+    /// How many such messages there were.
+    Count(MessagePlace),
 }
 
 impl Origin {
     /// The message, by speaker and index.
     const fn message(self) -> (usize, usize) {
-        let (Self::Signal(place) | Self::Protecting(place, _)) = self;
+        let (Self::Signal(place) | Self::Protecting(place, _) | Self::Count(place)) = self;
         (place.speaker, place.message)
     }
 
-    fn value(self, decoded: &Decoded<'_>) -> Option<f64> {
+    fn value(self, decoded: &Decoded<'_>, count: u64) -> Option<f64> {
         match self {
+            Self::Count(_) => Some(count as f64),
             Self::Signal(place) => decoded.values.get(place.signal?).copied().flatten(),
             Self::Protecting(_, how) => {
                 let is_right = match (decoded.verdict?, how) {
@@ -57,7 +61,10 @@ pub fn origins(speakers: &[Speaker]) -> impl Iterator<Item = Origin> {
             let follows = of.counter_signal().map(|signal| (signal, Protecting::Follows));
             let fits = of.checksum_signal().map(|signal| (signal, Protecting::Fits));
             let protecting = follows.into_iter().chain(fits);
-            signals.chain(protecting.map(move |(signal, how)| Origin::Protecting(at(signal), how)))
+            let protecting =
+                protecting.map(move |(signal, how)| Origin::Protecting(at(signal), how));
+            let whole = MessagePlace { speaker, message, signal: None };
+            signals.chain(protecting).chain([Origin::Count(whole)])
         })
     })
 }
@@ -138,6 +145,12 @@ impl Signals for Sent<'_> {
         })
     }
 
+    fn message(&self, name: &str) -> Result<Signal, NotFound> {
+        let place = self.whole(name)?;
+        let index = self.number(Origin::Count(place)).ok_or_else(|| self.unknown(name))?;
+        Ok(Signal { index, ..Signal::default() })
+    }
+
     fn protecting(&self, name: &str, how: Protecting) -> Result<Signal, NotFound> {
         let place = self.place(name)?;
         let number = self.number(Origin::Protecting(place, how));
@@ -156,24 +169,53 @@ impl Signals for Sent<'_> {
     }
 }
 
+impl Sent<'_> {
+    /// The message with this name.
+    fn whole(&self, name: &str) -> Result<MessagePlace, NotFound> {
+        let of = match name.split_once('.') {
+            Some((node, name)) if self.0.iter().any(|one| one.node == node) => {
+                OfMessage::Period { node, name }
+            }
+            _ => {
+                let has = |one: &&Speaker| one.messages().any(|message| message.name == name);
+                let node = self.0.iter().find(has).map_or(DEVICE, |one| one.node.as_str());
+                OfMessage::Period { node, name }
+            }
+        };
+        resolve(self.0, of).map_err(|(message, known)| NotFound {
+            message,
+            help: Some(proposal(of.name(), &known)),
+        })
+    }
+}
+
 /// The values that some formulas read from each message.
 #[derive(Debug, Clone, Default)]
 pub struct Reads {
-    /// For each message, by speaker and index: the values to read, and their numbers in the formulas.
-    messages: BTreeMap<(usize, usize), Vec<(Origin, usize)>>,
+    /// By speaker and index of the message.
+    messages: BTreeMap<(usize, usize), Read>,
     values: Vec<(usize, f64)>,
+}
+
+/// What is read from a message.
+#[derive(Debug, Clone, Default)]
+struct Read {
+    /// The values, and their numbers in the formulas.
+    values: Vec<(Origin, usize)>,
+    /// How many there were.
+    count: u64,
 }
 
 impl Reads {
     /// The values that `formulas` read from the messages of `speakers`.
     pub fn of<'a>(formulas: impl IntoIterator<Item = &'a Formula>, speakers: &[Speaker]) -> Self {
         let origins: Vec<Origin> = origins(speakers).collect();
-        let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        let mut messages = BTreeMap::new();
         for used in formulas.into_iter().flat_map(Formula::signals) {
             let Some(origin) = origins.get(used.index) else { continue };
-            let read = messages.entry(origin.message()).or_default();
-            if !read.contains(&(*origin, used.index)) {
-                read.push((*origin, used.index));
+            let read: &mut Read = messages.entry(origin.message()).or_default();
+            if !read.values.contains(&(*origin, used.index)) {
+                read.values.push((*origin, used.index));
             }
         }
         Self { messages, values: Vec::new() }
@@ -181,9 +223,11 @@ impl Reads {
 
     /// The values in a message of a speaker, by their numbers in the formulas; `None` if no formula reads it.
     pub fn take(&mut self, speaker: usize, decoded: &Decoded<'_>) -> Option<&[(usize, f64)]> {
-        let read = self.messages.get(&(speaker, decoded.message))?;
+        let Read { values, count } = self.messages.get_mut(&(speaker, decoded.message))?;
+        *count += 1;
         self.values.clear();
-        let values = read.iter().map(|(origin, number)| Some((*number, origin.value(decoded)?)));
+        let values =
+            values.iter().map(|(origin, number)| Some((*number, origin.value(decoded, *count)?)));
         self.values.extend(values.flatten());
         Some(&self.values)
     }

@@ -347,6 +347,14 @@ impl Rig {
         testers.flat_map(|(place, _)| self.channels(place).map(|(node, _)| node))
     }
 
+    /// The bus of a line among those of the rig's own, on which faults send frames.
+    pub fn bus_of(&self, line: usize) -> Option<usize> {
+        let line = line.checked_sub(self.robot_lines()).filter(|_| !self.is_short)?;
+        let is_bus = |line: &&RigLine| line.medium == Medium::Can;
+        self.lines.get(line).filter(is_bus)?;
+        Some(self.lines[..line].iter().filter(is_bus).count())
+    }
+
     /// Whether a node on this line, an index into the lines that are not the robot's, runs outside this process.
     pub fn is_away(&self, line: usize) -> bool {
         let line = self.robot_lines() + line;

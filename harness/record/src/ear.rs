@@ -25,6 +25,7 @@ impl Ear {
         let on_line = rig.ends().filter(|(_, line)| *line == speaker.line);
         let others = on_line.filter(|(other, _)| *other != node);
         let others = others.map(|(other, line)| Device::of_node(rig, other, line));
+        let others = others.chain(rig.bus_of(speaker.line).map(Device::stranger));
         let decoder = speaker.layout.decoder_for(speaker.sender);
         Some(Self::new(Device::of_node(rig, node, speaker.line), others.collect(), decoder))
     }
@@ -34,16 +35,27 @@ impl Ear {
         self.who
     }
 
-    /// Passes on each message that the record completes.
-    pub fn hear(&mut self, record: &Record, each: &mut impl FnMut(Decoded<'_>)) {
+    /// Whether a record is of a frame that none of the ears of its sender takes: one of nobody in the rig, or one with
+    /// another node's identifier. A bus does not tell who sent it, so that it counts as that node's.
+    pub fn is_forged<'a>(ears: impl IntoIterator<Item = &'a Self>, record: &Record) -> bool {
+        let RecordKind::Frame(frame) = &record.kind else { return false };
+        let mut own = ears.into_iter().filter(|ear| ear.who == record.device);
+        // A remote request has the identifier of another node's message, which it asks for.
+        !frame.is_remote() && !own.any(|ear| ear.decoder.takes(frame.id()))
+    }
+
+    /// Passes on each message that the record completes, also if it is [forged](Self::is_forged).
+    pub fn hear(&mut self, record: &Record, is_forged: bool, each: &mut impl FnMut(Decoded<'_>)) {
+        let is_its = record.device == self.who;
+        let is_beside = || self.beside.contains(&record.device);
         match &record.kind {
-            RecordKind::Bytes(bytes) if record.device == self.who => {
+            RecordKind::Bytes(bytes) if is_its => {
                 self.decoder.bytes(bytes, each);
             }
-            RecordKind::Bytes(bytes) if self.beside.contains(&record.device) => {
+            RecordKind::Bytes(bytes) if is_beside() => {
                 self.decoder.overhear(bytes);
             }
-            RecordKind::Frame(frame) if record.device == self.who => {
+            RecordKind::Frame(frame) if is_its || (is_forged && is_beside()) => {
                 self.decoder.frame(frame).into_iter().for_each(each);
             }
             _ => {}

@@ -69,7 +69,10 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
                 let tester = Tester::new(layout.clone(), *sender);
                 Part::Tester(Box::new(tester.asking(declared.channels(place))))
             }
-            NodePart::Replayed(said) => Part::Replayed(Replaying::new(Arc::clone(said))),
+            NodePart::Replayed(said) => {
+                let others = declared.channels(place).filter(|(other, _)| *other != node.name);
+                Part::Replayed(Replaying::new(Arc::clone(said)).asking(others))
+            }
             NodePart::UnderTest(_) => match start(place) {
                 Some(Ok(device)) => Part::Own(Own::new(device)),
                 Some(Err(why)) => {

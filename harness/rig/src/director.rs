@@ -171,12 +171,11 @@ impl Director {
             Order::Ask { node, request } => {
                 let asked = rig.nodes.iter_mut().position(|known| match &mut known.part {
                     Part::Tester(tester) => tester.ask(now, &node, &request),
+                    Part::Replayed(replaying) => replaying.ask(now, &node, &request),
                     _ => false,
                 });
                 match asked {
                     Some(place) => return rig.empty(now, place),
-                    // Its responses are in the log, but not to which request.
-                    None if is_replayed(rig, &node) => return self.engine.not_asked(now),
                     None => Err(format!("nobody on this bench can ask \"{node}\"")),
                 }
             }

@@ -173,15 +173,14 @@ impl Rig {
         chances: &Chances,
     ) -> u64 {
         if let Some(part) = target.part() {
-            let Some((line, end, struck)) = self.said(target.node(), part) else { return 0 };
-            match kind.info().reach.is_line() {
-                true => {
-                    let only = struck.layout.messages()[struck.message].can_id();
-                    let at = (end, Toward::Host, only);
-                    self.lines[line].begin_fault(now, (number, kind), at, chances);
-                }
-                false => {
-                    self.lines[line].tamper((number, kind, chances.of("to host")), end, struck)
+            for (line, end, struck) in self.said(target.node(), part) {
+                let line = &mut self.lines[line];
+                match kind.info().reach.is_line() {
+                    true => {
+                        let only = struck.layout.messages()[struck.message].can_id();
+                        line.begin_fault(now, (number, kind), (end, Toward::Host, only), chances);
+                    }
+                    false => line.tamper((number, kind, chances.of("to host")), end, struck),
                 }
             }
             return 0;

@@ -108,8 +108,9 @@ impl Node {
             Part::Own(_) if self.supply.is_off() => {}
             Part::Own(own) => own.receive(now, port, what),
             Part::Tester(tester) => tester.receive(now, what),
+            Part::Replayed(replaying) => replaying.receive(now, what),
             // They read the line together with all other traffic.
-            Part::Replayed(_) | Part::Plan | Part::Away | Part::Process(_) => {}
+            Part::Plan | Part::Away | Part::Process(_) => {}
         }
     }
 

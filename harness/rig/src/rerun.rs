@@ -304,14 +304,13 @@ impl Again {
         Ok(())
     }
 
-    /// Begins or ends a fault of the lines or of a supply. What it did to the inputs is in the record, frames of its own
-    /// included.
+    /// Begins or ends a fault of a line or a supply. What it did to the inputs is in the record, its own frames included.
     fn strike(&mut self, record: &FaultRecord) -> Result<(), RerunError> {
         let number = record.index as usize;
         let Some((fault, chances)) = self.faults.get(number) else { return Ok(()) };
-        let of_line = fault.what.info().reach.is_line() || fault.target.part().is_some();
-        let of_supply = fault.what.info().reach == Reach::Powered;
-        if !(of_line || of_supply) || fault.what.makes_frames() {
+        let reach = fault.what.info().reach;
+        let is_met = reach.is_line() || reach == Reach::Powered || fault.target.part().is_some();
+        if !is_met || fault.what.makes_frames() {
             return Ok(());
         }
         let struck = (fault.target, fault.toward, &fault.what);

@@ -128,9 +128,9 @@ impl Rig {
         }
     }
 
-    /// A message of a node, or one of its signals, and the end of the line where the node sends it.
-    pub fn said(&self, node: &str, part: &str) -> Option<(usize, EndId, Struck)> {
-        self.ears.iter().find_map(|ear| {
+    /// A message of a node, or one of its signals, and each end of a line where the node sends it.
+    pub fn said(&self, node: &str, part: &str) -> Vec<(usize, EndId, Struck)> {
+        let said = self.ears.iter().filter_map(|ear| {
             let (layout, sender) = (ear.decoder.layout(), ear.decoder.sender()?);
             if self.lines[ear.line].name(ear.end) != node {
                 return None;
@@ -145,7 +145,15 @@ impl Rig {
             let is_its = layout.messages()[message].sender == sender;
             let struck = Struck { layout: layout.clone(), sender, message, signal };
             is_its.then_some((ear.line, ear.end, struck))
-        })
+        });
+        let mut all: Vec<(usize, EndId, Struck)> = Vec::new();
+        for one in said {
+            // A node may have several layouts on one line.
+            if all.iter().all(|(line, ..)| *line != one.0) {
+                all.push(one);
+            }
+        }
+        all
     }
 
     /// Decodes what an end of a line sent; calls `take` for each message with its speaker.
@@ -156,9 +164,11 @@ impl Rig {
         what: &Transmit,
         mut take: impl FnMut(usize, Decoded<'_>),
     ) {
+        let is_forged = self.is_forged(line, from, what);
         for ear in &mut self.ears {
-            // A stranger's frame counts as the frame of the node whose message it is.
-            let strange = from == EndId::STRANGER && ear.judged;
+            // A bus does not tell who sent a frame: a stranger's, or one with another node's identifier, counts as the
+            // frame of the node whose message it is.
+            let strange = (from == EndId::STRANGER || is_forged) && ear.judged && ear.end != from;
             if ear.line != line {
                 continue;
             }
@@ -189,6 +199,15 @@ impl Rig {
                 Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut take),
             }
         }
+    }
+
+    /// Whether a node sent a frame that is none of its own messages.
+    #[inline]
+    fn is_forged(&self, line: usize, from: EndId, what: &Transmit) -> bool {
+        let Transmit::Frame(frame) = what else { return false };
+        let mut own = self.ears.iter().filter(|ear| (ear.line, ear.end) == (line, from)).peekable();
+        // A remote request has the identifier of another node's message, which it asks for.
+        own.peek().is_some() && !frame.is_remote() && !own.any(|ear| ear.decoder.takes(frame.id()))
     }
 
     /// Whether the node at that end is at a port of the system.
@@ -293,6 +312,11 @@ impl Rig {
                     reached(place);
                 }
                 Part::Replayed(replaying) if replaying.next_wakeup() <= now => {
+                    replaying.wake(now);
+                    if let Some(reply) = replaying.reply() {
+                        engine.replied(now, &reply);
+                        was_told = true;
+                    }
                     reached(place);
                 }
                 Part::Own(device) if device.next_wakeup() <= now => {

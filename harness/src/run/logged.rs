@@ -8,8 +8,8 @@ use std::sync::Arc;
 use wire::device::Transmit;
 use wire::time::Span;
 
-/// Converts a log, from its first entry on, without error frames. An entry that is earlier than the one before it counts
-/// as of that time; the note says how many there are.
+/// Converts a log, from its earliest entry on, without error frames, in the order of the times: a logger of several channels
+/// may write one after the other. The note says how many entries were earlier than one before.
 ///
 /// # Errors
 ///
@@ -18,8 +18,7 @@ pub fn logged(
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
 ) -> Result<(Vec<Logged>, Option<String>), LogError> {
     let mut log = Vec::new();
-    let (mut origin, mut latest, mut last) = (None, Span::ZERO, Span::ZERO);
-    let (mut earlier, mut by) = (0_u64, Span::ZERO);
+    let (mut latest, mut earlier, mut by) = (None, 0_u64, Span::ZERO);
     let mut channels: BTreeMap<Channel, Arc<str>> = BTreeMap::new();
     for entry in entries {
         let entry = entry?;
@@ -28,26 +27,31 @@ pub fn logged(
             Payload::Serial(packet) => Transmit::Bytes(packet),
             Payload::Error(_) => continue,
         };
-        let at = entry.at.since(*origin.get_or_insert(entry.at));
-        if at < latest {
+        let latest = latest.get_or_insert(entry.at);
+        if entry.at < *latest {
             earlier += 1;
-            by = by.max(latest - at);
+            by = by.max(latest.since(entry.at));
         }
-        latest = latest.max(at);
-        // The order of the log is kept: of several at one time each is a nanosecond later than the one before. The first is
-        // later than the beginning of the plan, so that it belongs to the first step.
-        last = at.max(last + Span::from_nanos(1));
+        *latest = (*latest).max(entry.at);
         let channel =
             channels.entry(entry.channel).or_insert_with(|| entry.channel.as_str().into());
         let sent = entry.direction.map(|direction| direction == Direction::Tx);
-        log.push(Logged { at: last, channel: Arc::clone(channel), what, sent });
+        let logged = Logged { at: Span::ZERO, channel: Arc::clone(channel), what, sent };
+        log.push((entry.at, logged));
     }
+    log.sort_by_key(|(at, _)| *at);
+    let (origin, mut last) = (log.first().map(|(at, _)| *at), Span::ZERO);
+    let log = log.into_iter().map(|(at, logged)| {
+        // Of several at one time each is a nanosecond later than the one before, in the order of the log. The first is later
+        // than the beginning of the plan, so that it belongs to the first step.
+        last = at.since(origin.unwrap_or(at)).max(last + Span::from_nanos(1));
+        Logged { at: last, ..logged }
+    });
+    let log = log.collect();
     let note = (earlier > 0).then(|| {
         let (entries, by) = (figures::counted(earlier, "entry", "entries"), by.as_secs_f64());
         let verb = if earlier == 1 { "is" } else { "are" };
-        format!(
-            "{entries} {verb} earlier than one before, by up to {by} s: they count as of its time"
-        )
+        format!("{entries} {verb} earlier than one before, by up to {by} s: all are in the order of their times")
     });
     Ok((log, note))
 }

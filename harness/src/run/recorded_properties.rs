@@ -89,10 +89,11 @@ impl Replayed {
     fn read(&mut self, record: &Record) {
         let Self { ears, monitor, messages, latest, .. } = self;
         let at = record.at.max(*latest);
+        let is_forged = Ear::is_forged(ears.iter().map(|(_, ear)| ear), record);
         for (speaker, ear) in ears {
             *messages |= ear.who() == record.device
                 && matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
-            ear.hear(record, &mut |decoded| {
+            ear.hear(record, is_forged, &mut |decoded| {
                 monitor.see(at, &Seen::Message { speaker: *speaker, decoded });
             });
         }

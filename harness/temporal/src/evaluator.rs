@@ -1,6 +1,6 @@
 //! Evaluates a formula over time as its signals become known.
 
-use crate::formula::{Condition, Formula};
+use crate::formula::{Condition, Formula, Used};
 use crate::history::History;
 use crate::network::Network;
 use crate::truth::Truth;
@@ -66,7 +66,7 @@ impl Evaluator {
         slots.sort_unstable();
         Self {
             network: Network::new(condition),
-            values: vec![f64::NAN; slots.len()],
+            values: formula.signals.iter().map(Used::before).collect(),
             slots,
             now: 0,
             start: None,

@@ -46,6 +46,15 @@ pub struct Used {
     pub name: String,
     /// The caller's number for it, as returned by [`Signals`](crate::Signals).
     pub index: usize,
+    /// It counts messages: before the first there were none, and it is never unknown.
+    pub counts: bool,
+}
+
+impl Used {
+    /// Its value before the first update.
+    pub(crate) const fn before(&self) -> f64 {
+        if self.counts { 0.0 } else { f64::NAN }
+    }
 }
 
 /// A part of a formula that is true or false at a moment.
@@ -54,7 +63,8 @@ pub(crate) enum Condition {
     Compare(Comparator, Number, Number, Width),
     /// With `true`, the numbers differ by at most the last; with `false`, by more.
     Near(bool, Number, Number, Number, Width),
-    Changes(Number, Width),
+    /// The last is the number before the first update: NaN if it is not known yet.
+    Changes(Number, Width, f64),
     Rises(Box<Condition>),
     Not(Box<Condition>),
     /// Whether it is true or false; never unknown itself.

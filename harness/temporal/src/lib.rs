@@ -32,9 +32,11 @@
 //!             | "abs(" sum ")" | "min(" sum { "," sum } ")" | "max(" sum { "," sum } ")"
 //!             | "bit_and(" sum { "," sum } ")"             bits: bit_and(Status, 0x6F) == 0x27
 //!             | "rises(" formula ")" | "falls(" formula ")" | "changes(" sum ")"
+//!             | "sent(" message ")"
 //! window      = "[" time "," time "]"                      the nearer end first
 //! time        = number ( "ns" | "us" | "ms" | "s" | "min" | "h" ) | "0"
 //! signal      = letters, digits, "_" and "."               node.Message.Signal, node.Signal, Signal
+//! message     = letters, digits, "_" and "."               node.Message
 //! ```
 //!
 //! A colon extends as far to the right as possible: to a closing parenthesis, a `->` or the end. Ambiguous text is
@@ -50,6 +52,9 @@
 //! `Status.Counter follows` is true from a message whose counter continues that of the previous message until the next
 //! message; `Status.Crc fits` likewise, if the checksum matches the message. The caller knows which signals are
 //! counters and checksums.
+//!
+//! `sent(Status)` is true at the single nanosecond at which such a message arrives, and false at all other moments: it
+//! is never unknown. `not sent(Secret)` says that no such message is ever sent.
 //!
 //! # Semantics
 //!

@@ -30,7 +30,7 @@ enum Node {
 /// State of `changes`.
 #[derive(Debug, Clone)]
 struct Change {
-    /// The last value; NaN before the first.
+    /// The last value; NaN before the first of one that is not known from the start.
     last: f64,
     /// When the nanosecond of the last change ends, and the truth during it.
     over: Option<(i64, Truth)>,
@@ -75,8 +75,8 @@ impl Network {
             Condition::Near(is_near, a, b, tolerance, width) => {
                 Node::Near(*is_near, a.clone(), b.clone(), tolerance.clone(), *width)
             }
-            Condition::Changes(of, width) => {
-                let change = Change { last: f64::NAN, over: None };
+            Condition::Changes(of, width, before) => {
+                let change = Change { last: *before, over: None };
                 Node::Changes(of.clone(), change, *width)
             }
             Condition::Not(of) => Node::Not(self.add(of)),

@@ -1,5 +1,8 @@
 //! Resolution of the signals of a formula by the caller.
 
+use crate::mistake::Mistake;
+use std::ops::Range;
+
 pub trait Signals {
     /// Finds the signal with this name: `node.Message.Signal`, `node.Signal` or `Signal`, in the caller's notation.
     ///
@@ -17,6 +20,15 @@ pub trait Signals {
         self.find(name)?;
         let what = how.word();
         Err(NotFound { message: format!("nothing says how `{name}` {what}"), help: None })
+    }
+
+    /// A number that counts the messages with this name: `node.Message`, or `Message` if only one node sends one.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such message.
+    fn message(&self, name: &str) -> Result<Signal, NotFound> {
+        Err(NotFound { message: format!("no message `{name}`"), help: None })
     }
 }
 
@@ -53,6 +65,11 @@ pub struct NotFound {
 }
 
 impl NotFound {
+    /// The mistake of the name at this place of a formula.
+    pub(crate) fn at(self, at: Range<usize>) -> Mistake {
+        Mistake { at, message: self.message, help: self.help }
+    }
+
     /// No signal is named `name`; the help proposes the nearest of `known`.
     pub fn unknown<S: AsRef<str>>(name: &str, known: &[S]) -> Self {
         Self { message: format!("no signal `{name}`"), help: Some(proposal(name, known)) }

@@ -65,7 +65,7 @@ pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Datase
             rounds.began(path);
         }
         for (speaker, ear) in &mut ears {
-            ear.hear(&record, &mut |decoded| {
+            ear.hear(&record, false, &mut |decoded| {
                 for Wanted { quantity, place, signal } in &wanted {
                     let is_here = (place.speaker, place.message) == (*speaker, decoded.message);
                     let value = decoded.values.get(*signal).copied().flatten();

@@ -91,8 +91,9 @@ impl Ears {
         if let Some(base) = base.as_mut().filter(|_| line.is_none_or(|line| line == BASE_LINE)) {
             base.take(record, &mut told);
         }
+        let is_forged = Ear::is_forged(voices.iter().map(|voice| &voice.ear), record);
         for Voice { ear, first } in voices {
-            ear.hear(record, &mut |decoded| {
+            ear.hear(record, is_forged, &mut |decoded| {
                 told(*first + decoded.message, decoded.values.to_vec());
             });
         }

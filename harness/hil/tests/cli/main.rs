@@ -8,6 +8,7 @@ mod ci;
 mod closing;
 #[cfg(target_os = "linux")]
 mod crossing;
+mod diagnostic_log;
 mod durable;
 mod envelopes;
 mod exports;

@@ -48,7 +48,8 @@ impl Statement {
         let formula = plan::formula(&text, speakers).ok();
         let signals = formula.iter().flat_map(temporal::Formula::signals);
         let of: Vec<usize> = plan::speakers_of(speakers).collect();
-        let awaited = signals.map(|used| {
+        // Of messages that are counted there are none before the first.
+        let awaited = signals.filter(|used| !used.counts).map(|used| {
             let (name, speaker) = (used.name.clone(), of[used.index]);
             (used.index, Awaited { name, speaker, since: None })
         });

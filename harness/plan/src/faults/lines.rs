@@ -136,14 +136,20 @@ impl Lines {
             Some((message, signal)) => said.message == message && said.has(signal),
             None => said.has(part),
         };
-        let mut found = of_node().filter(has);
-        match (found.next(), found.next()) {
-            (Some(one), None) => Ok((one, true)),
-            (Some(_), Some(_)) => Err(of_node()
-                .filter(has)
-                .map(|said| format!("{node}.{}.{part}", said.message))
-                .collect()),
-            (None, _) => Err(of_node()
+        let mut found: Vec<&Said> = Vec::new();
+        for said in of_node().filter(has) {
+            // One message may go on several lines.
+            if found.iter().all(|known| known.message != said.message) {
+                found.push(said);
+            }
+        }
+        match found.as_slice() {
+            [one] => Ok((one, true)),
+            [_, ..] => {
+                let name = |said: &&Said| format!("{node}.{}.{part}", said.message);
+                Err(found.iter().map(name).collect())
+            }
+            [] => Err(of_node()
                 .flat_map(|said| std::iter::once(&said.message).chain(&said.signals))
                 .map(|name| format!("{node}.{name}"))
                 .collect()),

@@ -30,12 +30,4 @@ impl Engine {
         }
         self.advance(now);
     }
-
-    /// Goes on without a response: the node is replayed from a log.
-    pub fn not_asked(&mut self, now: Timestamp) {
-        if matches!(self.waiting, Waiting::Reply(_)) {
-            self.waiting = Waiting::Nothing;
-            self.advance(now);
-        }
-    }
 }

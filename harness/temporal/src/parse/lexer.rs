@@ -28,7 +28,7 @@ const ELSEWHERE: [(&str, &str); 6] =
     [("=>", "->"), ("<>", "!="), ("=", "=="), ("&", "and"), ("|", "or"), ("~", "not")];
 
 /// Names reserved for other uses than signals.
-pub(super) const KEYWORDS: [&str; 18] = [
+pub(super) const KEYWORDS: [&str; 19] = [
     "and",
     "or",
     "not",
@@ -43,6 +43,7 @@ pub(super) const KEYWORDS: [&str; 18] = [
     "rises",
     "falls",
     "changes",
+    "sent",
     "abs",
     "min",
     "max",

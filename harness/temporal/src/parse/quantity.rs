@@ -163,6 +163,10 @@ impl Parser<'_> {
                 self.advance()?;
                 self.deeper(|parser| parser.call(name, at.start))
             }
+            Token::Name("sent") => {
+                self.advance()?;
+                self.message(at.start)
+            }
             Token::Name(name) => self.signal(name),
             _ => Err(self.unexpected("a signal, a number or `(`")),
         }
@@ -199,7 +203,7 @@ impl Parser<'_> {
         let of = self.quantity(part, name)?;
         if name == "changes" {
             let width = self.width(&of, &Number::Constant(0.0));
-            return Ok(Part::condition(Condition::Changes(of.number, width), at));
+            return Ok(Part::condition(Condition::Changes(of.number, width, f64::NAN), at));
         }
         let number = if name == "abs" { Number::Abs(Box::new(of.number)) } else { of.number };
         Ok(Part::quantity(number, of.measure, at))

@@ -6,7 +6,7 @@ use crate::formula::{Comparator, Condition, Used, Width};
 use crate::mistake::Mistake;
 use crate::number::Number;
 use crate::parse::lexer::{KEYWORDS, Token};
-use crate::signals::{Protecting, proposal};
+use crate::signals::{Protecting, Signal, proposal};
 use std::ops::Range;
 
 /// Threshold between 0, wrong, and 1, right.
@@ -31,26 +31,18 @@ impl Parser<'_> {
             Some(how) => self.signals.protecting(name, how),
             None => self.signals.find(name),
         };
-        let found = found.map_err(|not_found| Mistake {
-            at: at.clone(),
-            message: not_found.message,
-            help: not_found.help,
-        })?;
+        let found = found.map_err(|not_found| not_found.at(at.clone()))?;
         if self.next == Token::Symbol("(") {
             let known = &KEYWORDS[11..];
             let mistake = Mistake::new(at, format!("`{name}` is a signal, no function"));
             return Err(mistake.help(format!("functions are {}", known.join(", "))));
         }
         let measure = Measure::of(&found.unit);
-        let slot = self.found.iter().position(|(used, _)| used.index == found.index);
-        let slot = slot.unwrap_or_else(|| {
-            let name = match how {
-                Some(how) => format!("{name} {}", how.word()),
-                None => name.to_owned(),
-            };
-            self.found.push((Used { name, index: found.index }, found));
-            self.found.len() - 1
-        });
+        let name = match how {
+            Some(how) => format!("{name} {}", how.word()),
+            None => name.to_owned(),
+        };
+        let slot = self.slot(name, found, false);
         if how.is_some() {
             self.advance()?;
             let right = Condition::Compare(
@@ -62,6 +54,29 @@ impl Parser<'_> {
             return Ok(Part::condition(right, at.start..self.end));
         }
         Ok(Part::quantity(Number::Slot(slot), measure, at))
+    }
+
+    /// `sent(message)`, after the word.
+    pub(super) fn message(&mut self, start: usize) -> Result<Part, Mistake> {
+        self.expect("(")?;
+        let Token::Name(name) = self.next else { return Err(self.unexpected("a message")) };
+        let at = self.at.clone();
+        self.advance()?;
+        self.expect(")")?;
+        let found = self.signals.message(name).map_err(|not_found| not_found.at(at))?;
+        let slot = self.slot(format!("count of {name}"), found, true);
+        let width = Width { range: 1.0, unit: None };
+        let condition = Condition::Changes(Number::Slot(slot), width, 0.0);
+        Ok(Part::condition(condition, start..self.end))
+    }
+
+    /// The slot of a signal; a signal that is used twice has one.
+    fn slot(&mut self, name: String, found: Signal, counts: bool) -> usize {
+        let known = self.found.iter().position(|(used, _)| used.index == found.index);
+        known.unwrap_or_else(|| {
+            self.found.push((Used { name, index: found.index, counts }, found));
+            self.found.len() - 1
+        })
     }
 
     /// Both sides of a comparison as numbers; a name stands for the value that the signal assigns to it.

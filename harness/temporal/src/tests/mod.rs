@@ -23,6 +23,7 @@ const NAMES: [&str; 8] = [
     "Count",
     "Flow",
 ];
+const MESSAGES: [&str; 2] = ["Request", "cells.Answer"];
 const UNITS: [&str; 8] = ["V", "mA", "", "km/h", "m/s", "degC", "", "drops"];
 
 impl Signals for Car {
@@ -35,6 +36,12 @@ impl Signals for Car {
         let names =
             if index == 2 { vec![("Idle".into(), 0.0), ("Ready".into(), 3.0)] } else { vec![] };
         Ok(Signal { index, unit: UNITS[index].to_owned(), names, ..Signal::default() })
+    }
+
+    fn message(&self, name: &str) -> Result<Signal, NotFound> {
+        let index = MESSAGES.iter().position(|known| *known == name);
+        let index = index.ok_or_else(|| NotFound::unknown(name, &MESSAGES))?;
+        Ok(Signal { index: NAMES.len() + index, ..Signal::default() })
     }
 }
 

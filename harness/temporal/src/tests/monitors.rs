@@ -302,3 +302,42 @@ fn an_implication_whose_left_side_was_never_true_asked_for_nothing() {
         assert_eq!(verdict(text, &[&start[..], &open[..]].concat(), 100).never_asked, None);
     }
 }
+
+const REQUEST: usize = 8;
+const ANSWER: usize = 9;
+
+/// Found by a user: of a message that was never sent, nothing could be said.
+#[test]
+fn what_must_never_be_sent_is_judged_without_it() {
+    let never = verdict("not sent(cells.Answer)", &[], 20);
+    assert!(never.holds && never.worst.is_some(), "{never:?}");
+    let once = verdict("not sent(cells.Answer)", &[(7, ANSWER, 1.0)], 20);
+    let violation = once.first_violation.expect("it was sent");
+    assert_eq!((violation.at, once.violated), (at(7), Span::from_nanos(1)));
+    assert_eq!(violation.values, [("count of cells.Answer".to_owned(), 1.0)]);
+}
+
+/// Found by a user: a node that started too late owed nothing before its first message.
+#[test]
+fn an_answer_is_due_before_anything_was_heard_of_it() {
+    let text = "sent(Request) -> within 10 ns: sent(cells.Answer)";
+    let late = verdict(text, &[(3, REQUEST, 1.0), (40, REQUEST, 2.0), (45, ANSWER, 1.0)], 90);
+    assert_eq!(late.first_violation.map(|one| one.at), Some(at(3)));
+    let in_time = verdict(text, &[(3, REQUEST, 1.0), (13, ANSWER, 1.0), (85, REQUEST, 2.0)], 90);
+    assert!(in_time.holds && in_time.never_asked.is_none(), "{in_time:?}");
+    assert!(verdict(text, &[], 90).never_asked.is_some());
+    let twice = verdict(
+        "sent(Request) -> not once [1 ns, 10 ns]: sent(Request)",
+        &[(3, REQUEST, 1.0), (9, REQUEST, 2.0)],
+        90,
+    );
+    assert_eq!(twice.first_violation.map(|one| one.at), Some(at(9)));
+}
+
+#[test]
+fn a_message_that_nobody_sends_is_refused() {
+    let wrong = |text: &str| super::read(text).unwrap_err().to_string();
+    assert_eq!(wrong("sent(Reqest)"), "no signal `Reqest`");
+    assert_eq!(wrong("sent(3)"), "expected a message, found `3`");
+    assert_eq!(wrong("sent(Request) > 1"), "`>` compares numbers, not conditions");
+}

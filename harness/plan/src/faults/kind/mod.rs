@@ -216,7 +216,8 @@ mod tests {
                 assert!(parameter.takes(value), "{}.{}", info.name, parameter.name);
                 assert!(!parameter.takes(f64::NAN) && parameter.range.0 < parameter.range.1);
             }
-            assert_eq!(info.reach == Reach::CanBus, info.reach.targets().len() == 2);
+            let of_two = matches!(info.reach, Reach::CanBus | Reach::Powered);
+            assert_eq!(of_two, info.reach.targets().len() == 2);
         }
     }
 
