@@ -199,7 +199,9 @@ pub use outbox::Outbox;
 pub use place::Place;
 pub use protection::Verdict;
 pub use steps::{Input, Step, Steps};
-pub use uds::{KeyFunction, Number, NumberType, Reply, Request, UdsClient, negative_response};
+pub use uds::{
+    KeyFunction, Number, NumberType, Reply, Request, UdsClient, UdsListener, negative_response,
+};
 
 /// The JSON Schema of a description, in both of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {

@@ -101,6 +101,11 @@ impl IsoTp {
         })
     }
 
+    /// The identifiers of requests.
+    pub fn requests(&self) -> impl Iterator<Item = Id> + use<> {
+        std::iter::once(self.request).chain(self.functional)
+    }
+
     pub(crate) fn at(table: &IsoTpTable, place: &Place) -> Result<Self, Mistake> {
         Self::new(table).map_err(|(key, text)| Mistake::new(place.key(key), text))
     }

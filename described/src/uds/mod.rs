@@ -1,8 +1,10 @@
-//! UDS (ISO 14229-1:2020) on CAN: a server as a part of a described device, and a client for plans.
+//! UDS (ISO 14229-1:2020) on CAN: a server as a part of a described device, a client for plans, and a
+//! listener for logs.
 
 mod client;
 mod diagnosis;
 mod key;
+mod listener;
 mod monitor;
 mod number;
 #[cfg(test)]
@@ -14,6 +16,7 @@ pub(crate) use diagnosis::{
 };
 pub(crate) use key::KEY_BYTES_MAX;
 pub use key::KeyFunction;
+pub use listener::UdsListener;
 pub(crate) use monitor::{Monitor, WARNING};
 pub use number::{Number, NumberType};
 

@@ -3,9 +3,10 @@
 use crate::identifiers::Identifiers;
 use crate::rig::{NodePart, Replayed, Rig, RigLine, RigNode};
 use crate::speakers::Speaker;
-use described::{Layout, Medium, Sender};
+use described::{IsoTp, Layout, Medium, Sender};
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use wire::can::Id;
 use wire::device::Transmit;
 use wire::time::Span;
 
@@ -27,9 +28,9 @@ pub struct Logged {
 pub(crate) enum Words<'a> {
     /// All traffic, if the senders are unknown.
     All,
-    /// The messages of this sender in the layout. On a serial line, where bytes name no sender, a log was written by who
-    /// talks to the device: all is the device's that it does not say to have been sent.
-    Of(&'a Layout, Sender),
+    /// The messages of this sender in the layout, and these identifiers. On a serial line, where bytes name no sender, a log
+    /// was written by who talks to the device: all is the device's that it does not say to have been sent.
+    Of(&'a Layout, Sender, &'a [Id]),
     /// No traffic.
     None,
 }
@@ -94,15 +95,18 @@ impl<'a> Channels<'a, '_> {
 fn said_on<'a>(
     log: &'a [Logged],
     channel: &'a str,
-    words: Words<'_>,
+    words: Words<'a>,
 ) -> impl Iterator<Item = (Span, Transmit)> + 'a {
     let of_node = match words {
-        Words::Of(layout, sender) => Some(layout.decoder_for(sender)),
+        Words::Of(layout, sender, _) => Some(layout.decoder_for(sender)),
         Words::All | Words::None => None,
     };
     let is_any = !matches!(words, Words::None);
+    let more = if let Words::Of(_, _, more) = words { more } else { &[] };
     let is_said = move |one: &Logged| match (&one.what, &of_node) {
-        (Transmit::Frame(frame), Some(of_node)) => of_node.takes(frame.id()),
+        (Transmit::Frame(frame), Some(of_node)) => {
+            of_node.takes(frame.id()) || more.contains(&frame.id())
+        }
         (Transmit::Bytes(_), Some(of_node)) => {
             let is_of_device = of_node.sender() == Some(Sender::Device);
             one.sent.unwrap_or(false) != is_of_device
@@ -111,6 +115,15 @@ fn said_on<'a>(
     };
     let of_channel = log.iter().filter(move |one| &*one.channel == channel);
     of_channel.filter(move |one| is_said(one)).map(|one| (one.at, one.what))
+}
+
+/// The identifiers of diagnostic requests on each line.
+fn requests_on(lines: &[RigLine], nodes: &[RigNode]) -> Vec<Vec<Id>> {
+    let on = |place: usize| {
+        let asked = nodes.iter().filter(move |node| node.lines.first() == Some(&place));
+        asked.filter_map(|node| node.isotp.as_ref()).flat_map(IsoTp::requests).collect()
+    };
+    (0..lines.len()).map(on).collect()
 }
 
 /// The messages of a line, and which of them a node sends.
@@ -154,6 +167,7 @@ impl Rig {
         let is_unheard = |line: &RigLine| {
             line.medium != Medium::Can && !has_bytes && named(&line.name).is_none()
         };
+        let requests = requests_on(lines, nodes);
         let note =
             |line: &RigLine| format!("the log holds nothing of the serial line {}", line.name);
         notes.extend(lines.iter().filter(|line| is_unheard(line)).map(note));
@@ -167,7 +181,8 @@ impl Rig {
             for one in log.iter().filter(|one| &*one.channel == channel) {
                 let Transmit::Frame(frame) = &one.what else { continue };
                 fd += u64::from(frame.fd_flags().is_some());
-                if decoders.iter().all(|one| !one.takes(frame.id())) {
+                let is_request = || requests.get(place).is_some_and(|of| of.contains(&frame.id()));
+                if decoders.iter().all(|one| !one.takes(frame.id())) && !is_request() {
                     unknown.count(frame.id());
                 }
             }
@@ -186,10 +201,12 @@ impl Rig {
             }
         }
         for node in nodes {
+            let is_tester = matches!(node.part, NodePart::Tester(..));
             let words = |line: &usize| {
                 let declared = lines.get(*line).filter(|line| !is_unheard(line))?;
                 let words = words_of(speakers, node, *line);
-                let words = words.map(|(layout, sender)| Words::Of(layout, sender));
+                let more = requests.get(*line).filter(|_| is_tester).map_or(&[][..], Vec::as_slice);
+                let words = words.map(|(layout, sender)| Words::Of(layout, sender, more));
                 Some((declared, words.unwrap_or(Words::None)))
             };
             let said = channels.part(node.lines.iter().map(words))?;

@@ -1,6 +1,6 @@
 //! A node that replays a log: it sends what was recorded, with the recorded spacing.
 
-use described::{IsoTp, Reply, Request, UdsClient};
+use described::{IsoTp, Reply, Request, UdsListener};
 use plan::rig::Replayed;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
@@ -10,13 +10,13 @@ use wire::time::Timestamp;
 pub struct Replaying {
     said: Replayed,
     next: usize,
-    /// Take the responses in the log, if the plan asks the nodes with these names. Their own frames are in the log, too.
-    clients: Vec<(String, UdsClient)>,
+    /// Hear how the nodes with these names are asked in the log, and what they respond.
+    listeners: Vec<(String, UdsListener)>,
 }
 
 impl Replaying {
     pub(super) const fn new(said: Replayed) -> Self {
-        Self { said, next: 0, clients: Vec::new() }
+        Self { said, next: 0, listeners: Vec::new() }
     }
 
     /// Adds the channels on which nodes can be asked.
@@ -24,47 +24,46 @@ impl Replaying {
         mut self,
         channels: impl Iterator<Item = (&'a str, &'a IsoTp)>,
     ) -> Self {
-        let client = |(node, isotp): (&str, &IsoTp)| (node.to_owned(), UdsClient::new(isotp));
-        self.clients.extend(channels.map(client));
+        let listener = |(node, isotp): (&str, &IsoTp)| (node.to_owned(), UdsListener::new(isotp));
+        self.listeners.extend(channels.map(listener));
         self
     }
 
-    /// Waits for the response of a node; returns `false` if it hears none.
+    /// Asks for the response of a node in the log; returns `false` if it hears none.
     pub(super) fn ask(&mut self, now: Timestamp, node: &str, request: &Request) -> bool {
-        let client = self.clients.iter_mut().find(|(name, _)| name == node);
-        client.map(|(_, client)| client.ask(now, request.clone())).is_some()
+        let listener = self.listeners.iter_mut().find(|(name, _)| name == node);
+        listener.map(|(_, listener)| listener.ask(now, request)).is_some()
     }
 
     pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
         if let Transmit::Frame(frame) = what {
-            self.clients.iter_mut().for_each(|(_, client)| client.receive(now, frame));
+            self.listeners.iter_mut().for_each(|(_, listener)| listener.receive(now, frame));
         }
     }
 
     pub(super) fn wake(&mut self, now: Timestamp) {
-        for (_, client) in &mut self.clients {
-            client.wake(now);
-            while client.transmit().is_some() {}
-        }
+        self.listeners.iter_mut().for_each(|(_, listener)| listener.wake(now));
     }
 
     /// What became of a request, once.
     pub(super) fn reply(&mut self) -> Option<Reply> {
-        self.clients.iter_mut().find_map(|(_, client)| client.reply())
+        self.listeners.iter_mut().find_map(|(_, listener)| listener.reply())
     }
 
     pub(super) fn next_wakeup(&self) -> Timestamp {
         let said = self.said.get(self.next);
         let due = said.map_or(Timestamp::MAX, |(at, ..)| Timestamp::ZERO + *at);
-        let clients = self.clients.iter().map(|(_, client)| client.next_wakeup());
-        clients.fold(due, Timestamp::min)
+        let listeners = self.listeners.iter().map(|(_, listener)| listener.next_wakeup());
+        listeners.fold(due, Timestamp::min)
     }
 
     /// Returns what is due by `now`, one item at a time.
     pub(super) fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
         let due = |(at, ..): &&(_, _, _)| Timestamp::ZERO + *at <= now;
         let (_, port, what) = self.said.get(self.next).filter(due)?;
+        let (port, what) = (PortId(*port), *what);
         self.next += 1;
-        Some((PortId(*port), *what))
+        self.receive(now, &what);
+        Some((port, what))
     }
 }

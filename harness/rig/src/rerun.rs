@@ -308,8 +308,8 @@ impl Again {
     fn strike(&mut self, record: &FaultRecord) -> Result<(), RerunError> {
         let number = record.index as usize;
         let Some((fault, chances)) = self.faults.get(number) else { return Ok(()) };
-        let reach = fault.what.info().reach;
-        let is_met = reach.is_line() || reach == Reach::Powered || fault.target.part().is_some();
+        let (reach, part) = (fault.what.info().reach, fault.target.part());
+        let is_met = reach.is_line() || reach == Reach::Powered || part.is_some();
         if !is_met || fault.what.makes_frames() {
             return Ok(());
         }

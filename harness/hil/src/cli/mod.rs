@@ -70,7 +70,6 @@ use serde_json::json;
 use std::io::{self, Write};
 use std::process::ExitCode;
 use tracing_subscriber::EnvFilter;
-use tracing_subscriber::filter::LevelFilter;
 
 /// Shown below the help of every command that has to do with runs.
 const EXIT_STATUSES: &str = "\
@@ -235,11 +234,14 @@ fn say_json(document: &impl Serialize) -> Result<(), Failure> {
     say(&(text.map_err(|error| Failure::output(error.into()))? + "\n"))
 }
 
+/// Warnings. What a controller in this process notices is in its reports, and a campaign has a hundred thousand of them.
+const WARNINGS: &str = "warn,controller=error";
+
 /// Writes diagnostics to the standard error: warnings, or as `RUST_LOG` selects.
 fn start_log(screen: &Screen) {
-    let filter = EnvFilter::builder().with_default_directive(LevelFilter::WARN.into());
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(WARNINGS));
     let log = tracing_subscriber::fmt()
-        .with_env_filter(filter.from_env_lossy())
+        .with_env_filter(filter)
         .with_ansi(screen.fancy())
         .with_writer(screen.clone())
         .without_time()

@@ -244,11 +244,13 @@ impl Leap {
             self.drive = Some(Drive { heading, leapt, odometry, turned, path, lasted });
         }
         let Some(drive) = &mut self.drive else { return };
-        drive.turned = drive.turned.max((truth.pose.heading - drive.heading).abs());
+        // The inputs show the turn of the gyro, and that of the base by its odometry.
+        let turned = truth.pose.heading - drive.heading;
+        let gyro = turned + (truth.leapt - drive.leapt);
+        drive.turned = drive.turned.max(turned.abs()).max(gyro.abs());
         drive.path += Length::from_m(x.hypot(y));
         drive.lasted += passed;
         let Some(odometry) = odometry else { return };
-        let gyro = truth.pose.heading - drive.heading + (truth.leapt - drive.leapt);
         let apart = (gyro - (odometry - drive.odometry)).wrapped().abs();
         // The bias in force may be off by the drift of the data sheet.
         let mut most = APART_MAX + truth.steer_rate.abs() * LATE + DRIFT * drive.lasted;

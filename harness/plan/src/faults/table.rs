@@ -12,7 +12,7 @@ pub fn strikes(info: &'static KindInfo) -> &'static str {
         Reach::Message(Share::Counter) => "a counter",
         Reach::Message(Share::Checksum) => "a checksum",
         Reach::Message(Share::Signal) => "a signal",
-        Reach::Powered => "gyro, an emulated device, a program",
+        Reach::Powered => "a device's supply",
         Reach::Only(ref target) => target.name(),
     }
 }

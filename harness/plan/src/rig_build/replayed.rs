@@ -30,7 +30,7 @@ impl<E: Cause> Builder<'_, E> {
         let words = |line: &usize| {
             let speaks = |one: &&Speaker| one.node == node.name.as_str() && one.line == *line;
             let words = self.rig.speakers.iter().find(speaks);
-            let words = words.map(|speaker| Words::Of(&speaker.layout, speaker.sender));
+            let words = words.map(|speaker| Words::Of(&speaker.layout, speaker.sender, &[]));
             Some((self.line(*line)?, words.unwrap_or(Words::All)))
         };
         let named = |_: &str| replay.channel.as_deref();

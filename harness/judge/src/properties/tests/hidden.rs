@@ -117,6 +117,7 @@ fn turn(
 #[test]
 fn a_leap_explains_a_turn_unless_an_input_shows_it() {
     assert!(leaps(2.5, 87.5, 0.0, false, 0), "an unknown base may err by 3.2 deg");
+    assert!(leaps(3.22, 86.7, 0.0, false, 0), "of the turn that the gyro shows");
     assert!(!leaps(3.5, 86.5, 0.0, false, 0), "and by no more");
     assert!(leaps(3.5, 86.5, 0.01, false, 0), "by what it erred itself, they differ by less");
     assert!(!leaps(2.5, 87.5, 0.0, true, 0), "a standstill shows it");
