@@ -25,7 +25,7 @@ pub use logged::logged;
 pub use prepared::{PrepareError, Prepared, header, load_plan};
 pub use recorded::{load_recorded, prepare_recorded};
 pub use rig::ended::Ended;
-pub use rig::rerun::{Clock, Difference, Rerun, RerunError, Said};
+pub use rig::rerun::{Clock, Difference, Moments, Rerun, RerunError, Said};
 pub use rig_of::{RigError, load_description, load_rig, load_rig_named};
 
 use crate::checks::judge_all;
@@ -131,18 +131,19 @@ impl Underway {
     }
 }
 
-/// The clock of the run in this folder; virtual if its summary is missing.
+/// What is known of the moments of the run in this folder; that of virtual time if its summary is missing.
 ///
 /// # Errors
 ///
-/// When the summary cannot be read.
-pub fn clock_of(folder: &RunFolder) -> Result<Clock, RunFolderError> {
+/// When the summary or the record cannot be read.
+pub fn moments_of(folder: &RunFolder) -> Result<Moments, RunFolderError> {
     let summary = folder.summary_if_any()?;
     let is_real = summary.is_some_and(|summary| summary.clock == "real");
-    Ok(if is_real { Clock::Real } else { Clock::Virtual })
+    let clock = if is_real { Clock::Real } else { Clock::Virtual };
+    Moments::of(clock, folder.records()?).map_err(|source| folder.unreadable(source))
 }
 
-/// Runs the devices under test of a prepared plan on the inputs of `records`, from a run with `seed` and this clock.
+/// Runs the devices under test of a prepared plan on the inputs of `records`, from a run with `seed`.
 ///
 /// # Errors
 ///
@@ -150,7 +151,7 @@ pub fn clock_of(folder: &RunFolder) -> Result<Clock, RunFolderError> {
 pub fn rerun(
     prepared: &Prepared,
     seed: u64,
-    clock: Clock,
+    moments: impl Into<Moments>,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
     let start = |place: usize| prepared.start(place);
@@ -161,7 +162,7 @@ pub fn rerun(
         None => {
             let faults = &prepared.plan.faults;
             let struck = faults.faults.iter().cloned().zip(faults.chances(seed)).collect();
-            rerun::rerun(rig, clock, struck, records)
+            rerun::rerun(rig, moments.into(), struck, records)
         }
     }
 }

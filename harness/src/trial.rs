@@ -49,7 +49,7 @@ use crate::made::Made;
 use crate::plan::{Plan, Property};
 use crate::record::run_folder::RunFolder;
 use crate::record::sink::Level;
-use crate::run::{Options, Prepared, Rerun, clock_of, rerun, run_to_folder};
+use crate::run::{Options, Prepared, Rerun, moments_of, rerun, run_to_folder};
 use crate::stopwatch::Stopwatch;
 use controller::config::Config;
 use folder::Folder;
@@ -207,9 +207,9 @@ impl Trial {
     /// When the folder has no run, or when its record does not hold the inputs.
     pub fn rerun(&self, recorded: &Path) -> Result<Rerun, TrialError> {
         let folder = RunFolder::open(recorded)?;
-        let (clock, records) = (clock_of(&folder)?, folder.records()?);
+        let (moments, records) = (moments_of(&folder)?, folder.records()?);
         let seed = records.header().seed;
-        Ok(rerun(&self.prepared, seed, clock, records)?)
+        Ok(rerun(&self.prepared, seed, moments, records)?)
     }
 
     /// Starts a search for faults that break the trial.

@@ -42,6 +42,12 @@ impl Layout {
         let (medium, notes) = (self.medium, self.notes.to_vec());
         Ok(Self::new(medium, messages).noting(notes))
     }
+
+    /// Whether a client asks on its channel with this identifier.
+    pub fn is_asked_by(&self, id: Id) -> bool {
+        let is_asked = |one: &Message| [REQUEST, FUNCTIONAL].contains(&&*one.name);
+        self.messages.iter().any(|one| is_asked(one) && one.can_id() == Some(id))
+    }
 }
 
 fn message(name: &str, sender: Sender, id: Id, fd: bool) -> Message {

@@ -1,4 +1,4 @@
-//! The frames and bytes in the record of a run, as a log of its controller's node.
+//! The frames and bytes in the record of a run, as a log of its controller's node, or of the harness on the lines of a rig.
 //!
 //! | record | channel | direction |
 //! |---|---|---|
@@ -7,8 +7,10 @@
 //! | bytes of gyro, base or table | the device's name | received |
 //! | bytes of the plan to the only device | that device's name | sent |
 //! | other bytes of controller or plan | the sender's name | sent |
-//! | frames and bytes of the nodes of a rig | the name of their line | received |
+//! | frames of the nodes of a rig that the harness played (testers, emulated and replayed nodes) | the name of their line | sent |
+//! | frames of nodes under test, and of faults | the name of the line | received |
 //! | bytes of a node that talks to the device of a serial line | the name of the line | sent |
+//! | bytes of that device | the name of the line | received |
 //!
 //! For the paper's robot a record names the sender of bytes but not the line: bytes of a controller that talks to a
 //! gyro and a base on serial lines are all on the channel `controller`. Times are bench times since the start of the
@@ -59,9 +61,14 @@ impl<I: Iterator<Item = Result<Record, RecordError>>> Iterator for Recorded<I> {
 /// Bytes that arrived together and exceed a packet become several entries at the same time.
 fn entries(header: &Header, record: &Record) -> Vec<Entry> {
     let node = header.node(record.device);
+    let is_frame = matches!(record.kind, RecordKind::Frame(_));
     let direction = Some(match record.device {
         Device::Controller | Device::Plan => Direction::Tx,
-        Device::Node(_) if node.is_some_and(|node| node.host) => Direction::Tx,
+        Device::Node(_)
+            if node.is_some_and(|node| if is_frame { node.played } else { node.host }) =>
+        {
+            Direction::Tx
+        }
         Device::Gyro
         | Device::Base
         | Device::Table

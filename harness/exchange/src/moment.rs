@@ -62,7 +62,7 @@ impl Moment {
 
     pub fn take(&mut self, record: &Record) {
         self.heard.clear();
-        let line = |header: &Header| Line(record, header.name_of(record.device)).to_string();
+        let line = |header: &Header| Line(record, header).to_string();
         let about = match &record.kind {
             RecordKind::StepBegan { path, .. } => {
                 self.steps.push((path.clone(), line(&self.header)));
@@ -124,7 +124,7 @@ impl Moment {
 
     fn message(&self, (who, index): &(String, usize), message: &Message) -> String {
         let form = &self.ears.forms()[*index];
-        let mut text = format!("{}{}:", Head(message.at, who), form.name);
+        let mut text = format!("{}{}:", Head(message.at, who), form.full_name());
         for (signal, value) in form.signals.iter().zip(&message.values) {
             if let Some(value) = value {
                 let value = figures::with_unit(rounded(*value), &signal.unit);

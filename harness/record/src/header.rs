@@ -86,7 +86,7 @@ pub struct StepNote {
 }
 
 /// A node on a line of a rig.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Node {
     /// Name of the node.
     pub name: String,
@@ -95,6 +95,9 @@ pub struct Node {
     /// On a serial line: whether it sends what the device there receives.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub host: bool,
+    /// Whether the harness sent for it: a tester, or a node that is emulated or replayed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub played: bool,
 }
 
 /// A serial line.

@@ -50,6 +50,12 @@ use wire::units::Pose;
 /// Version of the harness.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
+/// The end of a note on an emulated adapter: from then on, the program at its other side hears the bus.
+pub const BUS_OPENED: &str = "the other side has opened the bus";
+
+/// The end of a note on an emulated adapter: from then on, nobody hears the bus there.
+pub const BUS_CLOSED: &str = "the other side has closed the bus";
+
 /// The source of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

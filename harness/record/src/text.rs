@@ -3,6 +3,7 @@
 //! Each record takes exactly one line. Control characters are escaped, so that no text of a device can move the cursor
 //! of a terminal.
 
+use super::header::Header;
 use super::{Device, Observation, Record, RecordKind};
 use controller::health::{Causes, Health};
 use controller::mission::{Report, State};
@@ -16,9 +17,10 @@ use wire::units::Pose;
 const DEVICE_WIDTH: usize = 10;
 const SECONDS_WIDTH: usize = 16;
 
-/// A record as a line without line end, and the name of its source.
+/// A record as a line without line end, and the header of its record: it names the source, and the line of traffic if the
+/// rig has several.
 #[derive(Debug, Clone, Copy)]
-pub struct Line<'a>(pub &'a Record, pub &'a str);
+pub struct Line<'a>(pub &'a Record, pub &'a Header);
 
 impl Device {
     /// Name in plans and reports.
@@ -50,14 +52,18 @@ impl fmt::Display for Head<'_> {
 
 impl fmt::Display for Line<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Record { at, kind, .. } = self.0;
-        Head(*at, self.1).fmt(f)?;
+        let Self(Record { at, device, kind }, header) = *self;
+        Head(*at, header.name_of(*device)).fmt(f)?;
         match kind {
             RecordKind::Bytes(bytes) => {
                 write!(f, "bytes")?;
-                bytes.iter().try_for_each(|byte| write!(f, " {byte:02x}"))
+                bytes.iter().try_for_each(|byte| write!(f, " {byte:02x}"))?;
+                write_line(f, header, *device)
             }
-            RecordKind::Frame(frame) => write_frame(f, frame),
+            RecordKind::Frame(frame) => {
+                write_frame(f, frame)?;
+                write_line(f, header, *device)
+            }
             RecordKind::StepBegan { path, title } => {
                 write!(f, "begin {}: {}", OneLine(path), OneLine(title))
             }
@@ -121,6 +127,17 @@ pub struct ShownFrame(pub CanFrame);
 impl fmt::Display for ShownFrame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write_frame(f, &self.0)
+    }
+}
+
+/// Where traffic was, if the rig has several lines.
+fn write_line(f: &mut fmt::Formatter<'_>, header: &Header, device: Device) -> fmt::Result {
+    let mut lines = header.nodes.iter().map(|node| &node.line);
+    let first = lines.next();
+    let is_any_other = lines.any(|line| Some(line) != first);
+    match header.line_of(device).filter(|_| is_any_other) {
+        Some(line) => write!(f, " on {line}"),
+        None => Ok(()),
     }
 }
 
@@ -202,7 +219,7 @@ fn write_observation(f: &mut fmt::Formatter<'_>, observation: &Observation) -> f
 
 #[cfg(test)]
 mod tests {
-    use super::Line;
+    use super::{Header, Line};
     use crate::samples::one_of_each;
     use controller::health::{Causes, Health};
 
@@ -234,7 +251,7 @@ mod tests {
     fn each_kind_has_its_line() {
         let lines: Vec<_> = one_of_each()
             .iter()
-            .map(|record| Line(record, record.device.name()).to_string())
+            .map(|record| Line(record, &Header::default()).to_string())
             .collect();
         insta::assert_snapshot!(lines.join("\n"));
     }
@@ -244,11 +261,11 @@ mod tests {
         use crate::{Device, Record, RecordKind};
         let kind = RecordKind::Note("two\nlines\u{1b}[2J".into());
         let record = Record { at: wire::time::Timestamp::ZERO, device: Device::Base, kind };
-        let line = Line(&record, record.device.name()).to_string();
+        let line = Line(&record, &Header::default()).to_string();
         assert!(line.ends_with(r"note two\nlines\u{1b}[2J"), "{line}");
         let said = r#"the controller said: {"state":"a\\b"}"#;
         let quoted = Record { kind: RecordKind::Note(said.into()), ..record };
-        let line = Line(&quoted, "base").to_string();
+        let line = Line(&quoted, &Header::default()).to_string();
         assert!(line.ends_with(said), "as it was said: {line}");
     }
 }

@@ -253,7 +253,7 @@ impl Rig {
     }
 
     /// The lines that a fault of this target strikes, each with the target's end.
-    fn lines_of(&self, target: Target) -> Vec<(usize, EndId)> {
+    pub(crate) fn lines_of(&self, target: Target) -> Vec<(usize, EndId)> {
         let name = target.node();
         let of_name = |line: usize| {
             let ends = self.lines[line].ends();

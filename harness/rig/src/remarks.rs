@@ -98,6 +98,9 @@ impl Rig {
             let at = |other: &&Ear| (other.line, other.end) == (ear.line, ear.end);
             // A node may have several layouts on one line.
             rest.take(|id| self.ears.iter().filter(at).any(|other| other.decoder.takes(id)));
+            // A client of diagnostics asks on a channel that a node of the line declares.
+            let beside = || self.ears.iter().filter(|other| other.line == ear.line);
+            rest.take(|id| beside().any(|other| other.decoder.layout().is_asked_by(id)));
             let another = |id: Id| {
                 let is_it = |other: &&Ear| other.line == ear.line && other.decoder.takes(id);
                 self.ears.iter().find(is_it)

@@ -3,8 +3,12 @@
 //! Inputs come from the record alone, whatever a device sends now, so any difference is its own. Its outputs go through
 //! lines like those of the run, on which it is alone, and faults strike them there as they did in the run.
 
+mod error;
+mod moments;
 mod pairs;
 
+pub use error::RerunError;
+pub use moments::Moments;
 pub use pairs::{Clock, Difference};
 
 use super::Rig;
@@ -16,8 +20,8 @@ use controller::mission::{Command, Mission, MissionId};
 use pairs::{BUS_APART_MAX, Pairs, identifier};
 use plan::faults::{Chances, Fault, Reach, Toward};
 use record::reader::RecordError;
-use record::{Device, FaultEvent, FaultRecord, Record, RecordKind};
-use std::collections::BTreeMap;
+use record::{BUS_CLOSED, BUS_OPENED, Device, FaultEvent, FaultRecord, Record, RecordKind};
+use std::collections::{BTreeMap, BTreeSet};
 use wire::can::Id;
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
@@ -25,59 +29,6 @@ use wire::time::{Span, Timestamp};
 
 /// Most wake-ups at one instant; more means that a device asks to be woken again and again.
 const WAKES_AT_ONCE_MAX: u32 = 10_000;
-
-/// Why a recorded run cannot be repeated.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum RerunError {
-    /// The rest of the record is unreadable.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Record(#[from] RecordError),
-    /// The record has no inputs.
-    #[error("the record has no bytes and no frames")]
-    #[diagnostic(help("record a run with `hil run PLAN --record full`"))]
-    NoBytes,
-    /// No device is under test in this process or as a program.
-    #[error("this run has no program under test to start again")]
-    #[diagnostic(help("devices are not rerun"))]
-    NobodyUnderTest,
-    /// A program under test could not be started.
-    #[error("{why}")]
-    #[diagnostic(help("a path in a command starts from the folder in which hil is called"))]
-    NotStarted {
-        /// The program, and why.
-        why: String,
-    },
-    /// The machine stalled, or its clock jumped: when the device received its inputs is not in the record.
-    #[error(
-        "the machine of the device under test had a fault at {at_s} s: when it heard what is not known"
-    )]
-    #[diagnostic(help("run the plan again without faults of the host"))]
-    HostFault {
-        /// Time of the fault, s.
-        at_s: f64,
-    },
-    /// A line had a fault in real time: which of the outputs it struck is not in the record.
-    #[error(
-        "a line of the device under test had a fault in real time, at {at_s} s: what it struck is not known"
-    )]
-    #[diagnostic(help("run the plan in virtual time, or without faults of lines"))]
-    LineFault {
-        /// Time of the fault, s.
-        at_s: f64,
-    },
-    /// A node sends on several lines.
-    #[error("{who} speaks on several lines, and the record does not say on which")]
-    #[diagnostic(help("a run of a rig without a gateway can be carried out again"))]
-    SeveralLines { who: String },
-    /// A device never rests.
-    #[error("time stands still at {at_s} s: what is under test wants to be woken again and again")]
-    #[diagnostic(help("a wake-up that was called is to lie in the future"))]
-    StandsStill {
-        /// Time, s.
-        at_s: f64,
-    },
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Said {
@@ -102,23 +53,28 @@ struct Again {
     is_over: bool,
     /// Nodes that are run again.
     tested: Vec<usize>,
+    /// Ends at which nobody hears the bus now.
+    closed: BTreeSet<Device>,
     /// The schedule of the run.
     faults: Vec<(Fault, Chances)>,
+    /// Ends whose bus is full of frames that faults make, since when.
+    full: BTreeMap<Device, Timestamp>,
     now: Timestamp,
     /// An input has reached a device since the last query.
     is_reached: bool,
     next_id: MissionId,
-    /// Frames by identifier, as they may swap places on a busy bus. Bytes have no identifier.
-    outputs: BTreeMap<Option<Id>, Pairs>,
+    /// By the end of a line that sent them, and frames by identifier, as they may swap places on a busy bus. Bytes have no
+    /// identifier.
+    outputs: BTreeMap<(Device, Option<Id>), Pairs>,
     reports: Pairs,
     not_started: Option<String>,
     came: Rerun,
 }
 
-/// Runs the devices under test in `rig` again on the inputs of `records`, from a run with this clock and these faults.
+/// Runs the devices under test in `rig` again on the inputs of `records`, from a run with these faults.
 pub fn rerun(
     rig: Rig,
-    clock: Clock,
+    Moments { clock, closed }: Moments,
     faults: Vec<(Fault, Chances)>,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
@@ -133,7 +89,9 @@ pub fn rerun(
         clock,
         is_over: false,
         tested,
+        closed,
         faults,
+        full: BTreeMap::new(),
         now: Timestamp::ZERO,
         is_reached: false,
         next_id: FIRST_MISSION,
@@ -178,7 +136,7 @@ pub fn rerun(
     again.compare(match clock {
         Clock::Virtual => Timestamp::MAX,
         Clock::Real => over,
-    });
+    })?;
     Ok(again.came)
 }
 
@@ -204,15 +162,15 @@ impl Again {
             self.arrive();
             self.settle();
         }
-        self.compare(self.now);
+        self.compare(self.now)?;
         self.now = until;
         Ok(())
     }
 
-    /// The outputs with which this one is compared: frames by identifier, and the bytes of each device.
+    /// The outputs with which this one is compared.
     fn pairs(&mut self, said: &Record) -> &mut Pairs {
         let clock = self.clock;
-        self.outputs.entry(identifier(said)).or_insert_with(|| Pairs::new(clock))
+        self.outputs.entry((said.device, identifier(said))).or_insert_with(|| Pairs::new(clock))
     }
 
     /// Counts what has arrived through the lines as sent now.
@@ -299,15 +257,33 @@ impl Again {
                 return Err(RerunError::HostFault { at_s: record.at.as_secs_f64() });
             }
             RecordKind::Fault(fault) => self.strike(fault)?,
+            RecordKind::Note(text) if self.clock == Clock::Real => self.learn(record.device, text),
             _ => {}
         }
         Ok(())
+    }
+
+    /// A program hears a bus while it has opened it.
+    fn learn(&mut self, at: Device, note: &str) {
+        if note.ends_with(BUS_OPENED) {
+            self.closed.remove(&at);
+        } else if note.ends_with(BUS_CLOSED) {
+            self.closed.insert(at);
+        }
     }
 
     /// Begins or ends a fault of a line or a supply. What it did to the inputs is in the record, its own frames included.
     fn strike(&mut self, record: &FaultRecord) -> Result<(), RerunError> {
         let number = record.index as usize;
         let Some((fault, chances)) = self.faults.get(number) else { return Ok(()) };
+        let is_real = self.clock == Clock::Real;
+        if fault.what.makes_frames() && !is_real && matches!(record.event, FaultEvent::Began) {
+            for (line, _) in self.rig.lines_of(fault.target) {
+                for end in self.rig.lines[line].ends() {
+                    self.full.entry(end.who).or_insert(self.now);
+                }
+            }
+        }
         let (reach, part) = (fault.what.info().reach, fault.target.part());
         let is_met = reach.is_line() || reach == Reach::Powered || part.is_some();
         if !is_met || fault.what.makes_frames() {
@@ -315,7 +291,7 @@ impl Again {
         }
         let struck = (fault.target, fault.toward, &fault.what);
         match record.event {
-            FaultEvent::Began if self.clock == Clock::Real && fault.toward != Toward::Device => {
+            FaultEvent::Began if is_real && fault.toward != Toward::Device => {
                 return Err(RerunError::LineFault { at_s: self.now.as_secs_f64() });
             }
             FaultEvent::Began => _ = self.rig.begin_fault(self.now, number, struck, chances),
@@ -370,7 +346,8 @@ impl Again {
         let from = from(line).unwrap_or(EndId::STRANGER);
         let ends = self.rig.lines[line].ends().iter().enumerate();
         let mut hear: Vec<_> = ends.map(|(at, end)| (EndId::of(at), end.node, end.port)).collect();
-        hear.retain(|(at, node, _)| *at != from && self.tested.contains(node));
+        let is_open = |at: EndId| !self.closed.contains(&self.rig.lines[line].who(at));
+        hear.retain(|(at, node, _)| *at != from && self.tested.contains(node) && is_open(*at));
         for one in what.iter().filter(|_| !hear.is_empty()) {
             self.rig.lines[line].lose(from, one);
             for (end, node, port) in &hear {
@@ -384,18 +361,21 @@ impl Again {
     }
 
     /// Compares the outputs of both sides by `at`, until the first difference.
-    fn compare(&mut self, at: Timestamp) {
+    fn compare(&mut self, at: Timestamp) -> Result<(), RerunError> {
         if self.came.difference.is_some() {
             self.outputs.clear();
             self.reports = Pairs::new(self.clock);
-            return;
+            return Ok(());
         }
         let (pairs, is_over) = (self.outputs.values_mut().chain([&mut self.reports]), self.is_over);
         let differences = pairs.filter_map(|pairs| pairs.difference(at, is_over));
-        let first = |one: &Difference| {
-            let at = |record: &Option<Record>| record.as_ref().map(|record| record.at);
-            at(&one.recorded).into_iter().chain(at(&one.now)).min()
-        };
-        self.came.difference = differences.min_by_key(first);
+        self.came.difference = differences.min_by_key(|one| one.sides().map(|said| said.at).min());
+        let sides = self.came.difference.iter().flat_map(Difference::sides);
+        let frames = sides.filter(|said| matches!(said.kind, RecordKind::Frame(_)));
+        let full = |said: &Record| self.full.get(&said.device).filter(|since| said.at >= **since);
+        match frames.filter_map(full).min() {
+            Some(since) => Err(RerunError::BusFull { at_s: since.as_secs_f64() }),
+            None => Ok(()),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Declarations of a plan and its bench for the header of a record.
 
 use crate::plan::quantities::during_tag;
-use crate::plan::rig::RigLine;
+use crate::plan::rig::{NodePart, RigLine, RigNode};
 use crate::plan::{
     Action, Declared, Plan, QuantityName, Rig, Speaker, Step, resolve, signal, unit,
 };
@@ -47,10 +47,14 @@ pub(super) fn buses(rig: &Rig) -> Vec<Bus> {
 
 /// The nodes of a rig as a record counts them; none if the plan names its only device.
 pub(super) fn nodes(rig: &Rig) -> Vec<Node> {
+    // Of a log, the harness sent nothing.
+    let is_played =
+        |node: &RigNode| rig.logged.is_none() && !matches!(node.part, NodePart::UnderTest(_));
     let node = |(place, line): (usize, usize)| Node {
         name: rig.nodes[place].name.clone(),
         line: rig.line_name(line).to_owned(),
         host: rig.is_host(&rig.nodes[place], line),
+        played: is_played(&rig.nodes[place]),
     };
     if rig.is_short { Vec::new() } else { rig.ends().map(node).collect() }
 }

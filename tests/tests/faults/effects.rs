@@ -18,7 +18,9 @@ fn reported(records: &[Record]) -> Vec<f64> {
 }
 
 fn reasons(records: &[Record]) -> String {
-    let texts = records.iter().map(|record| record::text::Line(record, "").to_string());
+    let texts = records
+        .iter()
+        .map(|record| record::text::Line(record, &record::header::Header::default()).to_string());
     texts.filter(|text| !text.contains("state")).collect::<Vec<_>>().join("\n")
 }
 

@@ -37,14 +37,18 @@ pub struct CommandDecoder {
 
 impl CommandDecoder {
     /// Takes bytes from the line, in runs of any length, and delivers each command or the reason why a line is
-    /// invalid. An empty line is malformed. A BEL ends a line; a lone BEL, which no host sends, is ignored.
+    /// invalid. An empty line is malformed as a command, and counts as understood: hosts send it to flush what was before. A BEL ends a line; a lone BEL, which no host sends, is ignored.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Result<Command, LineError>)) {
         for byte in bytes {
-            let command = match self.line.push(*byte) {
+            let line = match self.line.push(*byte) {
                 None | Some((Ok([]), Terminator::Bell)) => continue,
-                Some((line, _)) => line.and_then(parse_command),
+                Some((line, _)) => line,
             };
-            self.counters.count(command);
+            let command = line.and_then(parse_command);
+            match line {
+                Ok([]) => self.counters.count(Ok(())),
+                _ => self.counters.count(command),
+            }
             deliver(command);
         }
     }

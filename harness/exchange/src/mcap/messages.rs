@@ -220,13 +220,13 @@ impl<W: Write + Seek> RowSink for Messages<W> {
     fn hear(&mut self, at: Timestamp, heard: &Heard<'_>) -> McapResult<()> {
         let Spoken { topic, columns } = self.spoken.entry(heard.index).or_insert_with(|| {
             let columns = with_signals(&Table::Signals.fixed_columns()[..2], heard.form);
-            let topic = self.topics.of("/messages", &heard.form.name).to_owned();
+            let topic = self.topics.of("/messages", &heard.form.full_name()).to_owned();
             Spoken { topic, columns }
         });
         let mut row = vec![time(at), Cell::text(heard.who)];
         row.extend(heard.values.iter().map(|value| Cell::maybe(*value)));
         let schema = || {
-            let name = format!("hil.message.{}", heard.form.name);
+            let name = format!("hil.message.{}", heard.form.full_name());
             Schema::of_columns(name, &heard.form.doc, columns)
         };
         self.channels.send(topic, at, schema, &Fields(columns, &row))

@@ -9,7 +9,7 @@
 //! | `/controller/state`, `/controller/health`, `/base/truth`, `/can/frames`, `/serial/packets`, `/plan/measurements` | `hil.State`, ... | rows of the tables ([`crate::tables`]) |
 //! | `/plan/steps`, `/plan/faults`, `/plan/notes`, `/plan/verdicts`, `/controller/missions` | `hil.Event` | rows of the events |
 //! | `/observations/...` | `hil.observation....` | one topic per quantity |
-//! | `/messages/...` | `hil.message....` | one topic per message of the base's or the device's layout |
+//! | `/messages/...` | `hil.message....` | one topic per message of the base's or the device's layout; `/messages/LINE/MESSAGE` if it is sent on several lines |
 //!
 //! Messages are JSON with JSON Schemas. Foxglove documents both JSON and Protobuf for its own schemas and for others;
 //! JSON needs no generated code and no second definition of each row, can be read without a schema, and loses most of

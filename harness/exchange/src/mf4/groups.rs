@@ -79,7 +79,7 @@ impl<W: Write + Seek> RowSink for Groups<W> {
             for (channel, signal) in channels[1..].iter_mut().zip(&heard.form.signals) {
                 channel.names.clone_from(&signal.names);
             }
-            let name = format!("messages/{}.{}", heard.who, heard.form.name);
+            let name = format!("messages/{}.{}", heard.who, heard.form.full_name());
             writer.group(&name, &heard.form.doc, channels)
         });
         let mut row = vec![time(at)];

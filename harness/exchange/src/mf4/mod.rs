@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `states`, `truth`, `health`, `events`, `measurements` | columns of these tables ([`crate::tables`]) |
 //! | `observations/QUANTITY` | `value`, `uncertainty`, and one per tag |
-//! | `messages/SENDER.MESSAGE` | one per signal; names of its values if the layout has them |
+//! | `messages/SENDER.MESSAGE` | one per signal; names of its values if the layout has them; `messages/SENDER.LINE.MESSAGE` if the message is sent on several lines |
 //!
 //! The master channel of each group is `time_s`, bench time in seconds since the start of the run. A record holds no
 //! date, so the measurement begins at 1970-01-01, and two runs with one seed give the same file, byte for byte. Raw

@@ -52,6 +52,7 @@ pub(super) fn forms() -> Vec<MessageForm> {
         let doc = if message.is_reply() { "sent by the base" } else { "sent to the base" };
         MessageForm {
             name: name.to_owned(),
+            line: None,
             doc: doc.to_owned(),
             signals: signals.iter().map(signal).collect(),
         }

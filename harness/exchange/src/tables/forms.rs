@@ -15,8 +15,17 @@ pub struct SignalForm {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MessageForm {
     pub name: String,
+    /// Its line, if nodes send messages of that name on several.
+    pub line: Option<String>,
     pub doc: String,
     pub signals: Vec<SignalForm>,
+}
+
+impl MessageForm {
+    /// Its name, behind its line where that tells it apart.
+    pub fn full_name(&self) -> String {
+        self.line.iter().chain([&self.name]).map(String::as_str).collect::<Vec<_>>().join(".")
+    }
 }
 
 pub(super) fn forms(layout: &Layout) -> Vec<MessageForm> {
@@ -28,6 +37,7 @@ pub(super) fn forms(layout: &Layout) -> Vec<MessageForm> {
     };
     let form = |message: &described::Message| MessageForm {
         name: message.name.clone(),
+        line: None,
         doc: message.doc.clone(),
         signals: message.signals.iter().map(signal).collect(),
     };

@@ -58,7 +58,14 @@ impl Ears {
         let mut ears = if rig.robot.is_some() { Self::of_base() } else { Self::default() };
         for speaker in &rig.speakers {
             let Some(ear) = Ear::of(rig, speaker) else { continue };
+            let first = ears.forms.len();
             ears.add(ear, &speaker.layout);
+            for form in &mut ears.forms[first..] {
+                let mut others = rig.speakers.iter().filter(|other| other.line != speaker.line);
+                let is_elsewhere =
+                    others.any(|other| other.messages().any(|sent| sent.name == form.name));
+                form.line = is_elsewhere.then(|| speaker.line_name.clone());
+            }
         }
         if let Some(description) = rig.device() {
             let layout = description.layout();

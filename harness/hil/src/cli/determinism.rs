@@ -90,7 +90,7 @@ fn first(
     mut other: impl Iterator<Item = Result<Record, RecordError>>,
 ) -> Option<Parted> {
     let told = |record: Option<Result<Record, RecordError>>| match record {
-        Some(Ok(record)) => Line(&record, header.name_of(record.device)).to_string(),
+        Some(Ok(record)) => Line(&record, header).to_string(),
         Some(Err(error)) => error.to_string(),
         None => "the record ends".to_owned(),
     };

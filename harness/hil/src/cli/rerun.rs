@@ -5,13 +5,13 @@ use super::progress::Screen;
 use super::setup::Controller;
 use super::{say, say_json};
 use clap::Args;
-use harness::run::{Clock, Difference, Prepared, Rerun, Said, clock_of, load_recorded, rerun};
+use harness::run::{Clock, Difference, Prepared, Rerun, Said, load_recorded, moments_of, rerun};
 use plan::Rig;
 use plan::rig::{NodePart, RigNode, UnderTest};
+use record::Record;
 use record::header::Header;
 use record::outcome::Outcome;
 use record::text::Line;
-use record::{Device, Record};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -53,8 +53,9 @@ impl RerunArguments {
         let hosting = Controller::of_robot(self.controller.as_ref(), &rig, &name)?;
         let prepared = Prepared::new(Arc::new(plan), rig, <_>::default(), <_>::default());
         let prepared = Prepared { hosting, ..prepared };
-        let (clock, started) = (clock_of(&folder)?, started(&prepared.rig));
-        let came = rerun(&prepared, header.seed, clock, records)?;
+        let (moments, started) = (moments_of(&folder)?, started(&prepared.rig));
+        let clock = moments.clock;
+        let came = rerun(&prepared, header.seed, moments, records)?;
         let is_same = came.difference.is_none() && came.ended.is_none();
         if self.json {
             say_json(&document(&came, &header, &started))?;
@@ -83,8 +84,7 @@ fn started(rig: &Rig) -> Vec<(String, String)> {
 }
 
 fn line(record: Option<&Record>, header: &Header) -> Option<String> {
-    let name = |device: Device| header.name_of(device);
-    record.map(|record| Line(record, name(record.device)).to_string().trim().to_owned())
+    record.map(|record| Line(record, header).to_string().trim().to_owned())
 }
 
 fn text(came: &Rerun, header: &Header, clock: Clock) -> String {

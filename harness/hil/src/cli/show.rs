@@ -77,7 +77,7 @@ impl ShowArguments {
                 continue;
             }
             left -= 1;
-            match writeln!(out, "{}", Line(&record, header.name_of(record.device))) {
+            match writeln!(out, "{}", Line(&record, &header)) {
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
                     return Ok(Outcome::Passed);
                 }
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn nodes_of_a_rig_have_their_names() {
         let node =
-            |name: &str| Node { name: name.to_owned(), line: "can0".to_owned(), host: false };
+            |name: &str| Node { name: name.to_owned(), line: "can0".to_owned(), ..<_>::default() };
         let nodes = ["manager", "cells"].map(node).to_vec();
         let header = Header { nodes, ..Header::default() };
         assert!(check_name(&header, "cells").is_ok() && check_name(&header, "plan").is_ok());

@@ -31,6 +31,7 @@ mod pty;
 mod recorded;
 mod report;
 #[cfg(target_os = "linux")]
+mod several_buses;
 mod silent_controller;
 mod small_bus;
 mod watch;

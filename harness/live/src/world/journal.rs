@@ -3,7 +3,7 @@
 use super::role_port::{Link, PortEvent, RolePort};
 use record::outcome::{Outcome, PortSide, PortSummary};
 use record::sink::RecordSink;
-use record::{Device, Record, RecordKind};
+use record::{BUS_CLOSED, BUS_OPENED, Device, Record, RecordKind};
 use rig::engine::Ending;
 use rig::talk::Notes;
 use std::collections::BTreeMap;
@@ -119,8 +119,8 @@ impl Journal {
             PortEvent::Bus(event) => format!("{whose} tells of its bus: {event}"),
             PortEvent::Down => format!("{whose} is down"),
             PortEvent::Up => format!("{whose} is up again"),
-            PortEvent::Opened => format!("{whose}: the other side has opened the bus"),
-            PortEvent::Closed => format!("{whose}: the other side has closed the bus"),
+            PortEvent::Opened => format!("{whose}: {BUS_OPENED}"),
+            PortEvent::Closed => format!("{whose}: {BUS_CLOSED}"),
             PortEvent::Lost(lost) => format!("{whose} is lost: {lost}"),
             PortEvent::Back => format!("{whose} is back"),
             PortEvent::Away(error) => format!("{whose} stays away: {error}"),

@@ -55,18 +55,25 @@ impl Pack {
         }
     }
 
-    /// Names of the files whose texts are not the same in `other`, or that only one of both has; none if one has no files.
+    /// Names of the files whose texts are not the same in `other`, or that only one of both has, under whatever name; each
+    /// once. None if one has no files.
     pub fn differing<'a>(&'a self, other: &'a Self) -> Vec<&'a str> {
         if self.0.is_empty() || other.0.is_empty() {
             return Vec::new();
         }
-        let is_changed = |file: &&PackedFile| {
-            let beside = other.file(file.kind, &file.name);
-            beside.is_none_or(|beside| beside.text != file.text)
+        let differs = |file: &&PackedFile, pack: &Self| match pack.file(file.kind, &file.name) {
+            Some(beside) => beside.text != file.text,
+            None => !pack.0.iter().any(|one| (one.kind, &one.text) == (file.kind, &file.text)),
         };
-        let is_new = |file: &&PackedFile| self.file(file.kind, &file.name).is_none();
-        let changed = self.0.iter().filter(is_changed);
-        changed.chain(other.0.iter().filter(is_new)).map(|file| file.origin.as_str()).collect()
+        let changed = self.0.iter().filter(|file| differs(file, other));
+        let new = other.0.iter().filter(|file| differs(file, self));
+        let mut names: Vec<&str> = Vec::new();
+        for file in changed.chain(new) {
+            if !names.contains(&&*file.origin) {
+                names.push(&file.origin);
+            }
+        }
+        names
     }
 
     /// Total length of the texts, in bytes.
@@ -130,12 +137,17 @@ mod tests {
         assert!(one.differing(&one).is_empty());
         assert_eq!(one.differing(&changed), [one.0[0].origin.as_str()]);
         let mut more = one.clone();
-        more.0.push(PackedFile {
-            name: "other".to_owned(),
-            origin: "o.toml".into(),
-            ..one.0[0].clone()
-        });
+        let mut other = one.0[0].clone();
+        (other.name, other.origin) = ("other".to_owned(), "o.toml".to_owned());
+        let (mut renamed, mut elsewhere) = (one.clone(), one.clone());
+        renamed.0.push(other.clone());
+        assert!(one.differing(&renamed).is_empty(), "the same text under another name");
+        other.text.push('#');
+        more.0.push(other.clone());
         assert_eq!((one.differing(&more), more.differing(&one)), (vec!["o.toml"], vec!["o.toml"]));
+        (other.name, other.text) = ("elsewhere".to_owned(), String::new());
+        elsewhere.0.push(other);
+        assert_eq!(more.differing(&elsewhere), ["o.toml"], "two files of one name");
         assert!(one.differing(&Pack::default()).is_empty());
     }
 }

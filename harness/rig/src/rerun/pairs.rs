@@ -29,6 +29,13 @@ pub struct Difference {
     pub now: Option<Record>,
 }
 
+impl Difference {
+    /// What was sent, on one side or both.
+    pub(super) fn sides(&self) -> impl Iterator<Item = &Record> {
+        self.recorded.iter().chain(&self.now)
+    }
+}
+
 /// Outputs, or reports, that the other side has not produced yet.
 #[derive(Debug)]
 pub(super) struct Pairs {

@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn the_nodes_of_a_rig_are_named_and_its_bus_has_its_own_rate() {
         let node =
-            |name: &str| Node { name: name.to_owned(), line: "can0".to_owned(), host: false };
+            |name: &str| Node { name: name.to_owned(), line: "can0".to_owned(), ..<_>::default() };
         let bus = Bus { line: "can0".to_owned(), bit_rate: 125_000, data_bit_rate: None };
         let header = Header {
             nodes: vec![node("cells"), node("manager")],
