@@ -59,6 +59,7 @@ pub(crate) fn assemble(
     let mut effects = by_benefit(set_right, done);
     outcome::lines_before_their_zero(&mut effects);
     let (held_out, held_out_also) = errors(done, seed);
+    left.extend(gainless(&effects, std::iter::once(&held_out).chain(&held_out_also)));
     let verdict = verdict(&left, &effects, std::iter::once(&held_out).chain(&held_out_also));
     for (one, offset) in done.iter().zip(offsets) {
         effects.extend(one.rounding());
@@ -185,12 +186,33 @@ fn by_benefit(set_right: Vec<Effect>, done: &[Done<'_>]) -> Vec<Effect> {
         }
     }
     let rise = |effect: &Effect| {
-        let is_fitted = effect.parameters.iter().any(|one| one.standard_error.is_some());
         let rise = effect.held_out_before / effect.held_out_after.max(f64::MIN_POSITIVE);
-        if is_fitted { rise } else { f64::INFINITY }
+        if is_fitted(effect) { rise } else { f64::INFINITY }
     };
     effects.sort_by(|a, b| rise(b).total_cmp(&rise(a)));
     effects
+}
+
+fn is_fitted(effect: &Effect) -> bool {
+    effect.parameters.iter().any(|one| one.standard_error.is_some())
+}
+
+/// Whether held-out errors fall.
+fn falls(one: &HeldOut) -> bool {
+    one.after < one.before * (1.0 - ALIKE)
+}
+
+/// Fitted effects beside which no held-out error falls: they are certain where they were fitted, and explain nothing elsewhere.
+fn gainless<'a>(effects: &[Effect], mut errors: impl Iterator<Item = &'a HeldOut>) -> Vec<Left> {
+    if errors.any(falls) {
+        return Vec::new();
+    }
+    let of = |effect: &Effect| Left {
+        drivers: effect.drivers.clone(),
+        shape: format!("{}, which lowers no error on held-out runs", effect.name),
+        share_of_residual_variance: 0.0,
+    };
+    effects.iter().filter(|effect| is_fitted(effect)).map(of).collect()
 }
 
 fn verdict<'a>(
@@ -198,7 +220,6 @@ fn verdict<'a>(
     effects: &[Effect],
     mut errors: impl Iterator<Item = &'a HeldOut> + Clone,
 ) -> Verdict {
-    let falls = |one: &HeldOut| one.after < one.before * (1.0 - ALIKE);
     // Within a standard error: a unit or a sign that is stated wrongly is no more than a scale.
     let stays = |one: &HeldOut| one.after <= one.before + (one.ci95[1] - one.ci95[0]) / 4.0;
     if !left.is_empty() {
@@ -303,4 +324,43 @@ fn errors(done: &[Done<'_>], seed: u64) -> (HeldOut, Vec<HeldOut>) {
         .collect();
     let first = all.remove(0);
     (first, all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Effect, HeldOut, Parameter, Verdict, gainless, verdict};
+
+    fn error(before: f64, after: f64) -> HeldOut {
+        HeldOut {
+            metric: "rmse".to_owned(),
+            quantity: None,
+            unit: "deg/s".to_owned(),
+            before,
+            after,
+            ci95: [0.9 * after, 1.1 * after],
+            folds: 5,
+        }
+    }
+
+    /// An effect of p = 1e-187 stood beside `nothing_missing`, since the choice without each run left it out.
+    #[test]
+    fn beside_a_fitted_effect_that_lowers_no_error_something_is_left() {
+        let size =
+            Parameter { standard_error: Some(0.1), ..Parameter::new("slope", 3.0, "deg/s/V") };
+        let fitted = Effect {
+            parameters: vec![size],
+            p_value: 1e-187,
+            ..Effect::new("supply", "bias", "linear")
+        };
+        let said = |effects: &[Effect], error: &HeldOut| {
+            let left = gainless(effects, std::iter::once(error));
+            verdict(&left, effects, std::iter::once(error))
+        };
+        assert_eq!(said(std::slice::from_ref(&fitted), &error(1.0, 1.0)), Verdict::StructureLeft);
+        assert_eq!(said(&[fitted], &error(1.0, 0.5)), Verdict::Explained);
+        // A sign that is stated wrongly is no more than a scale.
+        let sign = Effect::new("reversed", "scale", "constant");
+        assert_eq!(said(&[sign], &error(1.0, 1.0)), Verdict::NothingMissing);
+        assert_eq!(said(&[], &error(1.0, 1.0)), Verdict::NothingMissing);
+    }
 }

@@ -96,3 +96,45 @@ fn a_late_sensor_is_late_and_no_more() {
         assert!((found - late).abs() < 0.002, "{late} {noise} {found}");
     }
 }
+
+/// A gyro that walks by 1 deg/s in a second and is late by three rows of fast turns: a step of the walk is larger than the noise.
+/// A low-pass came first, since the first rows do not know what came before, and errors of whole runs are those of the walk.
+#[test]
+fn a_delay_beside_a_walk_is_a_delay() {
+    for seed in 1..4 {
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+        let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut columns: [Vec<f64>; 3] = Default::default();
+        for run in 0..RUNS {
+            let rate = |at: f64| {
+                let of = |beat: &f64| (beat * (at + 40.0 * run as f64)).sin();
+                5.0 * [1.3, 3.0, 5.2, 8.2].iter().map(of).sum::<f64>()
+            };
+            let mut walk = 0.5;
+            for row in 0..2400 {
+                let at = 0.01 * f64::from(row);
+                walk += 0.1 * draw();
+                let values = [at, 1.006 * rate(at - 0.03) + walk + 0.05 * draw(), rate(at)];
+                columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+            }
+        }
+        let named = [
+            ("time", Role::Time, Unit::Second),
+            ("gyro", Role::GyroRate, Unit::DegreePerSecond),
+            ("table", Role::ReferenceRate, Unit::DegreePerSecond),
+        ];
+        let columns = named.into_iter().zip(columns);
+        let columns =
+            columns.map(|((name, role, unit), v)| Column::new(name, role, unit, v)).collect();
+        let runs = (0..RUNS * 2400).map(|row| row / 2400).collect();
+        let dataset = Dataset::new("walks", Kind::Series, columns, runs);
+        let finding =
+            identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding;
+        let causes: Vec<_> = finding.effects.iter().filter(|one| one.term != "noise").collect();
+        let names: Vec<&str> = causes.iter().map(|one| one.name.as_str()).collect();
+        assert_eq!(names, ["delay"], "{seed}: {:?}", finding.left);
+        let late = &causes[0].parameters[0];
+        let error = late.standard_error.unwrap();
+        assert!((late.value - 0.03).abs() < 4.0 * error && error < 0.002, "{seed}: {late:?}");
+    }
+}

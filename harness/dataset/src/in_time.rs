@@ -3,7 +3,7 @@
 use super::table::{Rows, left_out};
 
 /// One row in this many of a run may be late, and by no more than that share of the run: more is a clock that was set. As many may
-/// say the time of the row before: more is a clock that is coarser than the rows.
+/// say the time of the row before, and one in a shorter run: more is a clock that is coarser than the rows.
 const LATE: usize = 20;
 
 /// Puts the rows `order` selects in order of `time`, a column of `rows`, within each run.
@@ -50,7 +50,7 @@ fn at_one_time(times: &[f64], run: &[usize]) -> Vec<usize> {
         }
         last = times[row];
     }
-    found.truncate(if found.len() > run.len() / LATE { 0 } else { found.len() });
+    found.truncate(if found.len() > (run.len() / LATE).max(1) { 0 } else { found.len() });
     found
 }
 

@@ -10,12 +10,12 @@ use crate::units::{lasting, short};
 /// 1954). Errors of real data are those of a noise model that they keep roughly, hence four and not two.
 const TOLD: f64 = 4.0;
 
-/// A coefficient of the constants that act so: the sum and its error.
+/// A coefficient of the constants that act so: the sum and its error. One that was given has no error.
 fn sum_of(found: &[Found], is_it: impl Fn(&Shape) -> bool) -> (f64, f64) {
     let all = found.iter().filter(|one| is_it(&one.shape));
     let values = all.filter_map(|one| one.coefficients.first().copied());
     values.fold((0.0, 0.0), |(sum, error): (f64, f64), (value, of)| {
-        (sum + value, if of.is_finite() { error.hypot(of) } else { error })
+        (sum + value, if of.is_nan() { error } else { error.hypot(of) })
     })
 }
 
@@ -60,11 +60,12 @@ pub(super) fn refusal(field: &str, found: &[Found]) -> Option<String> {
     ))
 }
 
-/// Whether readings beyond the limit of the `knee` still rise with what is measured, so that they tell it.
+/// Whether readings beyond the limit of the `knee` still rise with what is measured, so that they tell it. Where they rise more
+/// steeply, they do if they rise at all.
 pub(super) fn rises_beyond(knee: &Found, found: &[Found]) -> bool {
     let ((gain, of_gain), (less, of_less)) =
         (gain(found), knee.coefficients.first().copied().unwrap_or((1.0, 0.0)));
-    rises((gain - less, of_gain.hypot(of_less)))
+    less <= 0.0 || rises((gain - less, of_gain.hypot(of_less)))
 }
 
 /// The truth of `straight`, which readings of this `gain` would tell if they did not rise by `less` of it beyond the limits
@@ -97,6 +98,7 @@ mod tests {
             said(&[with_gain(0.002, 0.003)])
                 .contains("gain of 0.00200 +- 0.00300 could as well be zero")
         );
+        assert!(said(&[with_gain(0.9, f64::INFINITY)]).contains("could as well be zero"));
         assert!(said(&[with_gain(-8.3, 0.2)]).contains("it falls where the reference rises"));
         let late = |by: f64| {
             let shape = Shape::new("delay", Acts::Delay, Driver::plain("x"), Form::Delay);
@@ -108,12 +110,17 @@ mod tests {
 
     #[test]
     fn a_knee_is_flat_where_nothing_rises_beyond_it() {
-        let knee = |less: f64| {
+        let rises = |(less, error): (f64, f64)| {
             let shape =
                 Shape::new("saturation", Acts::Saturation, Driver::plain("x"), Form::Saturation);
-            Found::new(&shape, vec![(less, 0.05)])
+            let knee = Found::new(&shape, vec![(less, error)]);
+            rises_beyond(&knee, &[with_gain(0.95, 0.01), knee.clone()])
         };
-        let rises = |less| rises_beyond(&knee(less), &[with_gain(0.95, 0.01), knee(less)]);
-        assert_eq!([-0.5, 0.4, 0.9, 1.0].map(rises), [true, true, false, false]);
+        assert_eq!(
+            [-0.5, 0.4, 0.9, 1.0].map(|less| rises((less, 0.05))),
+            [true, true, false, false]
+        );
+        // Few readings lie beyond a limit.
+        assert!(rises((-0.5, 0.6)));
     }
 }

@@ -190,7 +190,7 @@ fn cases() -> Vec<(&'static str, Package)> {
         ("too large", rows("0,1,0\n1,1e999,0\n")),
         ("decimal comma", rows("0,\"1,5\",0\n")),
         ("time backwards", rows("0,1,0\n2,1,0\n1,1,0\n")),
-        ("time stands still", rows("0,1,0\n2,1,0\n2,1.5,0\n")),
+        ("time stands still", rows("0,1,0\n2,1,0\n2,1.5,0\n2,2,0\n")),
         ("time backwards among turns", turns("5,a,1,360,360\n5,a,-1,-360,-360\n4,a,1,360,360\n")),
         ("neither way", turns("5,a,1,360,360\n6,a,0,-360,-360\n")),
         ("no gyro at all", rows("0,,0\n1,,0\n")),

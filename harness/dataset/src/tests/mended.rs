@@ -247,9 +247,13 @@ fn tables_with_the_same_fields_are_one_set() {
     says(&set, "readme is no table and was passed over");
 }
 
-/// Thirty rows; `lines` changes them.
+/// Thirty rows; `change` changes them.
 fn long(change: impl Fn(&mut Vec<String>)) -> Package {
-    let mut lines: Vec<String> = (0..30).map(|row| format!("{row},{}.5,0", row % 7)).collect();
+    of_rows(30, change)
+}
+
+fn of_rows(count: usize, change: impl Fn(&mut Vec<String>)) -> Package {
+    let mut lines: Vec<String> = (0..count).map(|row| format!("{row},{}.5,0", row % 7)).collect();
     change(&mut lines);
     Package::new("series", SERIES, &format!("t,w,ref\n{}\n", lines.join("\n")))
 }
@@ -275,6 +279,19 @@ fn a_row_at_the_time_of_the_one_before_is_left_out_and_a_coarse_clock_is_a_mista
     says(&set, "1 rows say the time of the row before: their own is unknown");
     says(&set, "1 row is left out: time is missing");
     assert!(other(&[20, 8]).read().unwrap_err().to_string().contains("time stands still"));
+}
+
+/// One row in twenty of a short run is none.
+#[test]
+fn one_repeated_time_does_not_refuse_a_short_run() {
+    let right = of_rows(12, |_| ()).read().unwrap();
+    let other = |places: &[usize]| {
+        of_rows(12, |lines| places.iter().for_each(|&at| lines.insert(at + 1, format!("{at},4.5,0"))))
+    };
+    let set = other(&[8]).read().unwrap();
+    assert_eq!(set.columns, right.columns);
+    says(&set, "1 rows say the time of the row before: their own is unknown");
+    assert!(other(&[8, 5]).read().unwrap_err().to_string().contains("time stands still"));
 }
 
 #[test]
