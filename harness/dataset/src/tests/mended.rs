@@ -286,7 +286,9 @@ fn a_row_at_the_time_of_the_one_before_is_left_out_and_a_coarse_clock_is_a_mista
 fn one_repeated_time_does_not_refuse_a_short_run() {
     let right = of_rows(12, |_| ()).read().unwrap();
     let other = |places: &[usize]| {
-        of_rows(12, |lines| places.iter().for_each(|&at| lines.insert(at + 1, format!("{at},4.5,0"))))
+        of_rows(12, |lines| {
+            places.iter().for_each(|&at| lines.insert(at + 1, format!("{at},4.5,0")))
+        })
     };
     let set = other(&[8]).read().unwrap();
     assert_eq!(set.columns, right.columns);

@@ -99,7 +99,7 @@ impl Pack {
 
 #[cfg(test)]
 mod tests {
-    use super::{PLAN, Pack, PackedFile};
+    use super::{PLAN, Pack};
     use crate::library::{Kind, Library};
     use std::sync::Arc;
 
