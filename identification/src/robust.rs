@@ -98,15 +98,6 @@ pub fn squared_correlation(a: &[f64], b: &[f64]) -> f64 {
     if xx > 0.0 && yy > 0.0 { xy * xy / (xx * yy) } else { 0.0 }
 }
 
-/// Half the sum of squares, in which values beyond `limit` count in proportion to their size (Huber 1964).
-pub fn loss(left: &[f64], limit: f64) -> f64 {
-    let of = |value: &f64| {
-        let size = value.abs();
-        if size <= limit { 0.5 * size * size } else { limit * (size - 0.5 * limit) }
-    };
-    left.iter().map(of).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Moments, held, scores};

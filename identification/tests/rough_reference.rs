@@ -100,3 +100,25 @@ fn the_noise_of_sparse_rates_is_no_scale_error() {
         assert!((scale.value - 0.006).abs() < 4.0 * error && error < 0.03, "{seed}: {scale:?}");
     }
 }
+
+/// Found by a fuzzer: the only reference stood in the last rows of a record.
+#[test]
+fn one_reference_at_the_end_of_a_record_is_judged() {
+    const ROWS: usize = 60;
+    let time: Vec<f64> = (0..ROWS).map(|row| 0.01 * row as f64).collect();
+    let reads: Vec<f64> = time.iter().map(|at| (3.0 * at).sin()).collect();
+    let truth = (0..ROWS).map(|row| if row + 2 == ROWS { 0.5 } else { f64::NAN }).collect();
+    let data = Dataset::new(
+        "end",
+        Kind::Series,
+        vec![
+            Column::new("time", Role::Time, Unit::Second, time),
+            Column::new("gyro", Role::GyroRate, Unit::DegreePerSecond, reads),
+            Column::new("reference", Role::ReferenceRate, Unit::DegreePerSecond, truth),
+        ],
+        vec![0; ROWS],
+    );
+    if let Ok(finding) = identify(&data, None, &Options::default(), &mut |_, _| ()) {
+        assert!(finding.finding.effects.is_empty(), "{:?}", finding.finding);
+    }
+}

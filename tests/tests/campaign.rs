@@ -149,10 +149,10 @@ fn a_host_that_stood_still_does_not_drive_by_what_waited() {
     }
 }
 
-/// The gyro fell silent, and the host stood still beyond the gyro's time-out: the first order by the odometry left at the moment
-/// at which the bridge was announced, and was taken for one on an old heading. Found by a campaign.
+/// The gyro fell silent, and the host stood still beyond the gyro's time-out: an order was given by the odometry before the
+/// bridge was announced. Found by a campaign.
 #[test]
-fn a_bridge_that_is_announced_at_the_moment_of_its_first_order_allows_it() {
+fn a_bridge_is_announced_before_it_orders() {
     let text = include_str!("../../test-plans/live-side.toml");
     let steps = "steps = [\n    { estimator = \"kalman\" },";
     let with_filter = text.replacen("steps = [", steps, 1);

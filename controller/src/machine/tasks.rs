@@ -30,8 +30,7 @@ impl Controller {
                     && self.config.base.is_some_and(|base| order.speed <= base.speed_max);
                 self.ready_to_move(now, in_range).map(|sight| {
                     let motion = self.tuned();
-                    let drive = Drive::straight(id, order, &motion, &sight);
-                    self.begin_drive(now, drive);
+                    self.begin_drive(now, Drive::straight(id, order, &motion, &sight));
                 })
             }
             Command::Turn(order) => {
@@ -292,10 +291,11 @@ impl Controller {
     }
 
     pub(super) fn tick_drive(&mut self, now: Timestamp) {
-        let by_gyro = self.source == HeadingSource::Gyro;
         let is_held = self.gyro.integrator().is_held() && !self.gyro.has_waited();
-        let is_current = self.gyro.is_current() || is_held;
-        if by_gyro && !is_current && !self.is_bridging(now) {
+        let is_current = is_held || (self.gyro.is_current() && !self.gyro.is_silent(now));
+        // A bridge is announced before anything is ordered by it.
+        let is_bridged = self.health.causes.bridging && self.is_bridging(now);
+        if self.source == HeadingSource::Gyro && !is_current && !is_bridged {
             return;
         }
         let sight = self.sight(now);

@@ -66,7 +66,7 @@ impl Data<'_> {
     }
 
     /// Name of the number by which `term` is late, if it is, and the change with it as number and coefficient at once.
-    pub fn by_lateness(&self, term: &Shape) -> Option<(String, Vec<f64>)> {
+    fn by_lateness(&self, term: &Shape) -> Option<(String, Vec<f64>)> {
         let (name, now) = term.fixed.first().filter(|_| term.form == Form::Delay)?;
         let most = if is_delay(term) { 0.02 * self.channels.interval() } else { f64::INFINITY };
         let step = most.min(0.01 * now.abs());

@@ -11,18 +11,9 @@ use std::ops::Range;
 const ENDS: f64 = 3.0;
 const SPARES: f64 = 12.0;
 
-/// Rows at either end of a stretch without information on delays: the truth before it was not recorded.
-const UNTOLD: usize = 4;
-/// Minimum length of a stretch that can spare those rows.
-const SPARES_FROM: usize = 50;
-
-/// Rows in which the reference `column` and what surrounds it are as well known as elsewhere.
+/// Rows in which the reference `column` is as well known as elsewhere.
 pub(super) fn known_around(dataset: &Dataset, column: &Column, channels: &Channels) -> Vec<bool> {
     let mut known = vec![true; channels.time.len()];
-    for range in channels.segments.iter().filter(|range| range.len() >= SPARES_FROM) {
-        known[range.start..range.start + UNTOLD].fill(false);
-        known[range.end - UNTOLD..range.end].fill(false);
-    }
     let Some(width) = dataset.constants.get(&Constant::evened(&column.name)) else { return known };
     for range in &channels.segments {
         let ends = [channels.time[range.start], channels.time[range.end - 1]];
@@ -31,7 +22,7 @@ pub(super) fn known_around(dataset: &Dataset, column: &Column, channels: &Channe
         }
         for row in range.clone() {
             let near = (channels.time[row] - ends[0]).min(ends[1] - channels.time[row]);
-            known[row] &= near >= ENDS * width.si();
+            known[row] = near >= ENDS * width.si();
         }
     }
     known

@@ -62,8 +62,8 @@ fn against(
         let error = values[row] - truth[row];
         if turns { wrap(error) } else { error }
     };
-    let known = known_around(dataset, reference, channels);
-    let counts = |row: &usize| known[*row] && error(*row).is_finite();
+    let (inner, known) = (inner(channels), known_around(dataset, reference, channels));
+    let counts = |row: &usize| inner[*row] && known[*row] && error(*row).is_finite();
     let rows: Vec<usize> = (0..values.len()).filter(counts).collect();
     if rows.len() < 8 {
         return Err(IdentifyError::missing("reference in enough rows"));
@@ -93,4 +93,19 @@ fn gain(rows: &[usize], truth: &[f64], values: &[f64]) -> f64 {
 /// Unit of errors, which are differences.
 fn unit_of(measured: &Column) -> DisplayUnit {
     DisplayUnit::new(measured.unit.difference_text(), measured.unit.si())
+}
+
+/// Rows at either end of a stretch without information on delays: the truth before it was not recorded.
+const ENDS: usize = 4;
+/// Minimum length of a stretch that can spare those rows.
+const SPARES_FROM: usize = 50;
+
+/// Rows with known surroundings.
+fn inner(channels: &Channels) -> Vec<bool> {
+    let mut inner = vec![true; channels.time.len()];
+    for range in channels.segments.iter().filter(|range| range.len() >= SPARES_FROM) {
+        inner[range.start..range.start + ENDS].fill(false);
+        inner[range.end - ENDS..range.end].fill(false);
+    }
+    inner
 }

@@ -55,11 +55,9 @@ pub fn identify_block(
     let base = state.clone();
     if remains(&base).goes.is_some() {
         let rough = material.path(&base, asked);
-        let Step { state: mut last, metrics } = rough[rough.len() - 1].clone();
+        let mut last = rough[rough.len() - 1].state.clone();
         last.fit_noise(true);
-        // Slow noise may hide a cause from errors of whole runs, and shows it in what is new in each reading.
-        let hides = last.noise.is_coloured() && is_swallowing(&last, &metrics);
-        if remains(&last).goes.is_some() && !hides {
+        if rough.len() == 1 || remains(&last).goes.is_some() {
             return reported(rough, left, asked, judge, &material);
         }
     }
@@ -74,7 +72,9 @@ pub fn identify_block(
         let before = state.terms.clone();
         match state.step(threshold, asked.noise.is_some()) {
             Ok(()) => {
-                state.exchange(threshold);
+                if state.terms.len() > state.base + 1 {
+                    state.exchange(threshold);
+                }
                 state.prune();
                 if let Some(one) = one_wheel(&state, false) {
                     state = one;

@@ -140,13 +140,13 @@ impl<'a> Joint<'a> {
 
     /// Moves by the largest share of `steps` that leaves less; returns false if none does.
     fn step(&mut self, steps: &[f64], limit: f64) -> bool {
-        let now = robust::loss(&self.left, limit);
+        let now = loss(&self.left, limit);
         let mut share = 1.0;
         for _ in 0..HALVINGS {
             let model = (&self.state.terms[..], &self.coefficients[..]);
             let (terms, coefficients) = self.data().moved(model, &self.tangents, (steps, share));
             let left = self.whitener.apply(&self.data().left(&terms, &coefficients));
-            if robust::loss(&left, limit) < now {
+            if loss(&left, limit) < now {
                 (self.state.terms, self.coefficients) = (terms, coefficients);
                 return true;
             }
@@ -246,7 +246,7 @@ pub(super) fn cross_thresholds(state: &mut State<'_>, outliers: Outliers) -> boo
                 }
                 let mut terms = state.terms.clone();
                 terms[index].set(name, gap(above as usize));
-                let loss = robust::loss(&left(&terms), limit);
+                let loss = loss(&left(&terms), limit);
                 if loss < best.1 {
                     best = (above as usize, loss);
                 }
@@ -265,3 +265,12 @@ const STRIDES: [i64; 6] = [243, 81, 27, 9, 3, 1];
 const REACH: i64 = 3;
 /// Values on each side of a threshold over which its jump is seen.
 const BESIDE: usize = 10;
+
+/// Half the sum of squares, in which values beyond `limit` count in proportion to their size (Huber 1964).
+fn loss(left: &[f64], limit: f64) -> f64 {
+    let of = |value: &f64| {
+        let size = value.abs();
+        if size <= limit { 0.5 * size * size } else { limit * (size - 0.5 * limit) }
+    };
+    left.iter().map(of).sum()
+}

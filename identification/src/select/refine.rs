@@ -11,13 +11,13 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// `shape` with the numbers that explain most in `scene`.
 pub fn refine(scene: &Scene<'_>, shape: &Shape) -> Shape {
     let mut best = shape.clone();
-    if shape.form == Form::Delay {
-        delay(scene, &mut best);
-        return best;
-    }
     // A single view throughout: values of different views are not comparable.
     let view = scene.record.view(shape);
     let mut value = scene.look_at(&best, view).statistic;
+    if shape.form == Form::Delay {
+        delay(scene, &mut best, &mut value);
+        return best;
+    }
     let names = shape.nonlinear();
     for sweep in 0..if names.len() > 1 { 2 } else { 1 } {
         for name in &names {
@@ -98,59 +98,95 @@ fn golden(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
 
 /// Share of its standard error within which a delay is its own coefficient. A rougher one leaves an error that goes with the
 /// slope of the reference, and a clock or a hysteresis would take it up.
-const SETTLED: f64 = 0.05;
+pub(super) const SETTLED: f64 = 0.05;
 
-/// Tunes a delay, a lag or a clock, whose coefficient is its number: all of what is measured is late (Gauss and Newton's method
-/// with shorter steps). Where the motion has one frequency, how much is late cannot be told from how late it is.
-fn delay(scene: &Scene<'_>, best: &mut Shape) {
+/// Tunes a delay. The coefficient of one that is longer than a sample says how much is late, and not how late it is.
+fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
+    long_delay(scene, best, value);
+    // A small part that is late by a sample or some is all of it, late by a part of a sample.
+    let is_part = coefficient(scene, best).0.abs() < scene.data.channels.interval();
+    if is_part || scene.data.by_delay(best).is_none() {
+        short_delay(scene, best, value);
+        long_delay(scene, best, value);
+    }
+}
+
+/// A delay shorter than a sample is its own coefficient: finds the fixed point at which the fit returns the number.
+fn short_delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
     const ROUNDS: usize = 10;
-    let Some((name, start)) = best.fixed.first().cloned() else { return };
-    let limit = robust::HUBER * scene.scale;
-    let with = |number: f64| {
-        let mut shape = best.clone();
-        shape.set(&name, number);
-        let left = left_by(scene, &shape, number)?;
-        Some((robust::loss(&left, limit), number, left, shape))
-    };
-    let less = |most: f64, number: f64| with(number).filter(|tried| tried.0 < most);
-    let Some(mut now) = with(start) else { return };
-    // To first order a coefficient is the number, from wherever it is looked at.
-    let is_lag = name == "time_constant";
-    let first = Some(coefficient(scene, best)).filter(|first| !is_lag || *first > 0.0);
-    now = first.and_then(|first| less(now.0, first)).unwrap_or(now);
+    let name = best.fixed.iter().map(|(name, _)| name.clone()).next().unwrap_or_default();
+    let mut last: Option<(f64, f64)> = None;
     for _ in 0..ROUNDS {
-        let Some((_, mut tangent)) = scene.data.by_lateness(&now.3) else { break };
-        tangent = scene.whitener.apply(&tangent);
-        scene.project(&mut tangent);
-        let RobustFit { coefficients, errors, .. } = robust_fit(&[tangent], &now.2);
-        let (&[mut by], &[error]) = (&coefficients[..], &errors[..]) else { break };
+        let Some(now) = best.number(&name) else { return };
+        let (found, error) = coefficient(scene, best);
+        let off = found - now;
+        if !found.is_finite() || found == 0.0 || !(off.abs() > SETTLED * error) {
+            break;
+        }
+        // The secant through the last two converges where repetition alone is slow.
+        let secant = last.filter(|_| off.abs() < 0.1 * now.abs()).map(|(before, its)| {
+            let slope = (off - its) / (now - before);
+            if slope < -0.2 { now - off / slope } else { found }
+        });
+        let found = secant.unwrap_or(found);
+        // Half steps if it would diverge; a lag cannot be negative.
+        let next = found.clamp(now - 4.0 * now.abs(), now + 4.0 * now.abs());
+        let next = if name == "time_constant" { next.max(now / 4.0) } else { next };
+        if next == 0.0 {
+            break;
+        }
+        let mut tried = best.clone();
+        tried.set(&name, next);
+        let score = scene.score(&tried).statistic;
+        if score < 0.5 * *value {
+            break;
+        }
+        last = Some((now, off));
+        *value = score;
+        *best = tried;
+    }
+}
+
+/// Moves a delay longer than a sample to where it explains most.
+fn long_delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
+    const ROUNDS: usize = 10;
+    for _ in 0..ROUNDS {
+        let Some((name, slope)) = scene.data.by_delay(best) else { return };
+        let mut columns = scene.data.columns(best);
+        columns.push(slope);
+        let fit = fit(scene, &columns);
+        let ([much, moves], [_, error]) = (&fit.coefficients[..], &fit.errors[..]) else { return };
+        let most = scene.data.channels.interval();
+        let mut by = (moves / much).clamp(-most, most);
+        // Where the whole step is too long, as between two turns of the reference, a part of it is not.
         let next = loop {
-            if !(by.abs() > SETTLED * error) {
-                break None;
+            if !(by.abs() > SETTLED * (error / much).abs()) {
+                return;
             }
-            // A lag cannot be negative.
-            let number = if is_lag { (now.1 + by).max(now.1 / 4.0) } else { now.1 + by };
-            if let Some(next) = less(now.0, number) {
-                break Some(next);
+            let mut tried = best.clone();
+            tried.set(name, best.number(name).unwrap_or(0.0) + by);
+            let score = scene.score(&tried).statistic;
+            if score > *value {
+                break (tried, score);
             }
             by /= 4.0;
         };
-        let Some(next) = next else { break };
-        now = next;
+        (*best, *value) = next;
     }
-    *best = now.3;
 }
 
-/// What `shape` leaves in `scene` with its number as coefficient.
-fn left_by(scene: &Scene<'_>, shape: &Shape, number: f64) -> Option<Vec<f64>> {
-    let mut column = scene.whitener.apply(&scene.data.columns(shape).pop()?);
-    scene.project(&mut column);
-    Some(scene.white.iter().zip(&column).map(|(white, late)| white - number * late).collect())
+/// Coefficient of a shape of one column and its standard error, with the model so far in the fit.
+fn coefficient(scene: &Scene<'_>, shape: &Shape) -> (f64, f64) {
+    let fit = fit(scene, &scene.data.columns(shape));
+    let first = |of: &[f64]| of.first().copied().unwrap_or(f64::NAN);
+    (first(&fit.coefficients), first(&fit.errors))
 }
 
-/// Coefficient of a shape of one column, with the model so far in the fit.
-fn coefficient(scene: &Scene<'_>, shape: &Shape) -> f64 {
-    let mut columns = scene.whitener.apply_all(&scene.data.columns(shape));
-    columns.iter_mut().for_each(|column| scene.project(column));
-    robust_fit(&columns, &scene.white).coefficients.first().copied().unwrap_or(f64::NAN)
+/// Fit of `columns` beside the model so far.
+fn fit(scene: &Scene<'_>, columns: &[Vec<f64>]) -> RobustFit {
+    let mut columns = scene.whitener.apply_all(columns);
+    for column in &mut columns {
+        scene.project(column);
+    }
+    robust_fit(&columns, &scene.scores)
 }

@@ -178,16 +178,14 @@ impl<'a> State<'a> {
                     && !is_said_by(&others, &one.candidate.shape, rotation)
             });
             let Some(better) = better else { continue };
-            // What counts is how likely each is under its own noise, less what its rank takes off.
-            let price = |one: &Contender| one.score.surprise - one.rank;
-            let needed =
-                if is_level(better) { f64::NEG_INFINITY } else { price(better) - price(mine) };
+            let gain = if is_level(better) { f64::INFINITY } else { better.rank - mine.rank };
             let mut next = self.clone();
             next.terms[index] = better.candidate.shape.clone();
             next.families[index - self.base] = better.candidate.family;
             if is_within_physics(&next) {
                 next.refit();
-                if is_within_physics(&next) && next.likelihood() - self.likelihood() > needed {
+                // Its rank is that under the noise of the model before. Under its own it may not lose as much.
+                if is_within_physics(&next) && next.likelihood() - self.likelihood() > -gain {
                     *self = next;
                 }
             }

@@ -30,7 +30,7 @@ dyn_clone::clone_trait_object!(Judge);
 pub(super) fn judge(property: &Always, limits: &Limits) -> Box<dyn Judge> {
     match *property {
         Always::FreshHeading { age_max } => {
-            Box::new(fresh::FreshHeading::new(age_max.unwrap_or(limits.heading_age_max)))
+            Box::new(fresh::FreshHeading { age_max: age_max.unwrap_or(limits.heading_age_max) })
         }
         Always::StopsOnLoss { reaction_max, braking_min, steer_braking_min } => {
             Box::new(loss::StopsOnLoss::new(Limits {
