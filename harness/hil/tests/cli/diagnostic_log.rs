@@ -23,7 +23,7 @@ fn a_diagnostic_response_in_a_log_is_judged() {
         [[node]]\nname = \"desk\"\nat = \"can0\"\ntester = true\n";
     let rig = format!("[[line]]\nname = \"can0\"\ncan = {{}}\n{nodes}");
     for (path, text) in [("devices/ecu.toml", ECU), ("rigs/ecu.toml", &rig), ("asks.toml", ASKS)] {
-        let path = hil.path(&format!("oven/{path}"));
+        let path = hil.path(format!("oven/{path}"));
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     }

@@ -96,7 +96,7 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
     }
 
     fn line(&self, record: &Record) -> String {
-        Line(record, &self.header).to_string()
+        Line(record, self.header).to_string()
     }
 
     /// Returns the record's line, followed by the messages that it completes.
