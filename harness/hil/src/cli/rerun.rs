@@ -109,6 +109,9 @@ fn text(came: &Rerun, header: &Header, clock: Clock) -> String {
             )
         }
     };
+    if came.difference.is_some() && clock == Clock::Real {
+        text += "the run was in real time: what the program does by its own timers may have fallen on the other side of an input\n";
+    }
     if let Some(how) = &came.ended {
         text += &format!("the program did not last to the end of the run: {how}\n");
     }
