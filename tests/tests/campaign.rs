@@ -149,23 +149,6 @@ fn a_host_that_stood_still_does_not_drive_by_what_waited() {
     }
 }
 
-/// The gyro fell silent, and the host stood still beyond the gyro's time-out: an order was given by the odometry before the
-/// bridge was announced. Found by a campaign.
-#[test]
-fn a_bridge_is_announced_before_it_orders() {
-    let text = include_str!("../../test-plans/live-side.toml");
-    let steps = "steps = [\n    { estimator = \"kalman\" },";
-    let with_filter = text.replacen("steps = [", steps, 1);
-    let folder = tests::project::of([("live-kalman.toml", &*with_filter)]);
-    let at = folder.path().join("live-kalman.toml");
-    let prepared = Prepared::load(&at.to_string_lossy(), &Made::default()).unwrap();
-    let case = r#"{"seed": 9547481139622213686, "schedule": [
-        {"target": "host", "what": {"scheduler_stall": {"for_s": 0.07}}, "when": {"step": "turn", "after_s": 0.088}},
-        {"target": "gyro", "what": {"stall": {"for_s": 0.2}}, "when": {"during": "turn"}}]}"#;
-    let result = executor(prepared).execute(&serde_json::from_str(case).unwrap());
-    assert!(result.violated.is_empty(), "{result:?}");
-}
-
 /// An order that had been held for 1.8 s turned the base by 6 deg while its pose was written: the turn was called done, and
 /// the old pose was written again. Found by a campaign.
 #[test]

@@ -30,7 +30,8 @@ impl Controller {
                     && self.config.base.is_some_and(|base| order.speed <= base.speed_max);
                 self.ready_to_move(now, in_range).map(|sight| {
                     let motion = self.tuned();
-                    self.begin_drive(now, Drive::straight(id, order, &motion, &sight));
+                    let drive = Drive::straight(id, order, &motion, &sight);
+                    self.begin_drive(now, drive);
                 })
             }
             Command::Turn(order) => {
@@ -291,11 +292,10 @@ impl Controller {
     }
 
     pub(super) fn tick_drive(&mut self, now: Timestamp) {
+        let by_gyro = self.source == HeadingSource::Gyro;
         let is_held = self.gyro.integrator().is_held() && !self.gyro.has_waited();
-        let is_current = is_held || (self.gyro.is_current() && !self.gyro.is_silent(now));
-        // A bridge is announced before anything is ordered by it.
-        let is_bridged = self.health.causes.bridging && self.is_bridging(now);
-        if self.source == HeadingSource::Gyro && !is_current && !is_bridged {
+        let is_current = self.gyro.is_current() || is_held;
+        if by_gyro && !is_current && !self.is_bridging(now) {
             return;
         }
         let sight = self.sight(now);

@@ -7,7 +7,7 @@ use super::ledger::Ledger;
 use super::line::EndId;
 use super::node::{Machine, Node};
 use crate::bench::Carrier;
-use crate::link::ErrorState;
+use crate::link::{ErrorState, Struck};
 use emulators::base::BaseFault;
 use emulators::gyro::GyroFault;
 use judge::properties::Seen;
@@ -20,7 +20,7 @@ use wire::units::Angle;
 
 /// Targets of faults: a rig, the answers of a person, and the machine of a controller that runs in this process but is
 /// not part of the rig.
-type Struck<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
+type Reached<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
 
 #[derive(Debug, Clone)]
 pub struct Faults {
@@ -115,7 +115,7 @@ impl Faults {
         &mut self,
         now: Timestamp,
         index: usize,
-        struck: Struck<'_>,
+        struck: Reached<'_>,
         sink: &mut dyn RecordSink,
     ) {
         let acted = self.end(now, index, struck);
@@ -123,7 +123,7 @@ impl Faults {
     }
 
     /// Switches a fault on. An instantaneous fault is done at once.
-    fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) {
+    fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Reached<'_>) {
         let fault = self.ledger.injector.fault(index).clone();
         let kind = fault.what;
         match kind {
@@ -146,7 +146,7 @@ impl Faults {
     }
 
     /// Switches a fault off; returns how often it acted.
-    fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) -> u64 {
+    fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Reached<'_>) -> u64 {
         let fault = self.ledger.injector.fault(index).clone();
         let kind = fault.what;
         match kind {
@@ -243,6 +243,34 @@ impl Rig {
             Carrier::Base(base) => base.end_fault(now, number),
             Carrier::Table(_) | Carrier::Turning(_) => 0,
         }
+    }
+
+    /// A message of a node, or one of its signals, and each end of a line where the node sends it.
+    pub fn said(&self, node: &str, part: &str) -> Vec<(usize, EndId, Struck)> {
+        let said = self.ears.iter().filter_map(|ear| {
+            let (layout, sender) = (ear.decoder.layout(), ear.decoder.sender()?);
+            if self.lines[ear.line].name(ear.end) != node {
+                return None;
+            }
+            let (message, signal) = match layout.find(part) {
+                Some(message) => (message, None),
+                None => {
+                    let found = layout.sent_signal(sender, part);
+                    found.map(|(message, signal)| (message, Some(signal)))?
+                }
+            };
+            let is_its = layout.messages()[message].sender == sender;
+            let struck = Struck { layout: layout.clone(), sender, message, signal };
+            is_its.then_some((ear.line, ear.end, struck))
+        });
+        let mut all: Vec<(usize, EndId, Struck)> = Vec::new();
+        for one in said {
+            // A node may have several layouts on one line.
+            if all.iter().all(|(line, ..)| *line != one.0) {
+                all.push(one);
+            }
+        }
+        all
     }
 
     /// The node whose supply this fault cuts. The gyro has a switch of its own.

@@ -3,7 +3,6 @@
 use crate::crossing::CrossedLine;
 use crate::engine::Engine;
 use crate::line::{End, EndId, Line};
-use crate::link::Struck;
 use crate::node::{Node, Part, Route, Woken};
 use crate::robot::{self, Robot};
 use described::{Decoded, Decoder};
@@ -126,34 +125,6 @@ impl Rig {
                 reached(end.node);
             }
         }
-    }
-
-    /// A message of a node, or one of its signals, and each end of a line where the node sends it.
-    pub fn said(&self, node: &str, part: &str) -> Vec<(usize, EndId, Struck)> {
-        let said = self.ears.iter().filter_map(|ear| {
-            let (layout, sender) = (ear.decoder.layout(), ear.decoder.sender()?);
-            if self.lines[ear.line].name(ear.end) != node {
-                return None;
-            }
-            let (message, signal) = match layout.find(part) {
-                Some(message) => (message, None),
-                None => {
-                    let found = layout.sent_signal(sender, part);
-                    found.map(|(message, signal)| (message, Some(signal)))?
-                }
-            };
-            let is_its = layout.messages()[message].sender == sender;
-            let struck = Struck { layout: layout.clone(), sender, message, signal };
-            is_its.then_some((ear.line, ear.end, struck))
-        });
-        let mut all: Vec<(usize, EndId, Struck)> = Vec::new();
-        for one in said {
-            // A node may have several layouts on one line.
-            if all.iter().all(|(line, ..)| *line != one.0) {
-                all.push(one);
-            }
-        }
-        all
     }
 
     /// Decodes what an end of a line sent; calls `take` for each message with its speaker.
