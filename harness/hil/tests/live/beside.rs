@@ -1,8 +1,11 @@
 //! Other nodes beside the paper's robot: a described device on the base's bus, and a user's program on a separate line.
 
-use crate::{out, record, run, shown, summary};
+use crate::attach::appears;
+use crate::{hil, out, record, run, shown, summary};
 use skips::in_time;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 /// A lamp that blinks, and counts the base's motion messages.
 const LAMP: &str = r#"
@@ -183,27 +186,59 @@ what = { restart = { for_s = 0.3 } }
 when = { step = "cut" }
 "#;
 
+/// A project of the sensor and its program, which begins with those lines.
+fn alone(folder: &Path, beginning: &str) -> PathBuf {
+    project(folder);
+    let rig = RIG.replace("echo.py", &folder.join("echo.py").to_string_lossy());
+    let (_, nodes) = rig.split_once("[[line]]").unwrap();
+    let lamp = "[[node]]\nname = \"lamp\"\nat = \"base\"\nemulate = \"lamp\"\n";
+    assert!(nodes.contains(lamp));
+    let rig = format!("title = \"A sensor\"\n[[line]]{}", nodes.replace(lamp, ""));
+    std::fs::write(folder.join("rigs/alone.toml"), rig).unwrap();
+    std::fs::write(folder.join("cycle.toml"), CYCLE).unwrap();
+    std::fs::write(folder.join("echo.py"), format!("{beginning}\n{ECHO}")).unwrap();
+    folder.join("cycle.toml")
+}
+
 /// A step and a fault both kill the program, and start it again with its log.
 #[test]
 fn a_program_is_started_again_in_real_time() {
     in_time(|| {
         let (folder, out) = out("cycle");
-        project(folder.path());
-        let rig = RIG.replace("echo.py", &folder.path().join("echo.py").to_string_lossy());
-        let (_, nodes) = rig.split_once("[[line]]").unwrap();
-        let lamp = "[[node]]\nname = \"lamp\"\nat = \"base\"\nemulate = \"lamp\"\n";
-        assert!(nodes.contains(lamp));
-        let rig = format!("title = \"A sensor\"\n[[line]]{}", nodes.replace(lamp, ""));
-        std::fs::write(folder.path().join("rigs/alone.toml"), rig).unwrap();
-        std::fs::write(folder.path().join("cycle.toml"), CYCLE).unwrap();
-        std::fs::write(folder.path().join("echo.py"), format!("print('up', flush=True)\n{ECHO}"))
-            .unwrap();
-        let cycle = folder.path().join("cycle.toml");
+        let cycle = alone(folder.path(), "print('up', flush=True)");
         let output = run(&["run", cycle.to_str().unwrap(), "--clock", "real"], &out);
         assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
         let log = std::fs::read_to_string(out.join("device-under-test.log")).unwrap();
         assert_eq!(log, "up\nup\nup\n");
         let summary = summary(&out);
         assert_eq!(summary["faults"][0]["acted"], 1, "{}", summary["faults"]);
+    });
+}
+
+/// Nobody is left to end the program but what was started with it.
+#[test]
+#[expect(clippy::disallowed_methods, reason = "processes end in real time")]
+fn a_program_ends_with_all_that_it_started_when_the_run_is_killed() {
+    in_time(|| {
+        let (folder, out) = out("killed");
+        let started = "import subprocess\nslept = subprocess.Popen(['sleep', '1000'])\n\
+                       open('started.new', 'w').write(f'{os.getpid()} {slept.pid}')\n\
+                       os.rename('started.new', 'started')";
+        let cycle = alone(folder.path(), &format!("import os\n{started}"));
+        let mut run = hil();
+        run.args(["run", cycle.to_str().unwrap(), "--clock", "real", "--out"]).arg(&out);
+        run.current_dir(folder.path()).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut run = run.spawn().unwrap();
+        appears(&folder.path().join("started"));
+        run.kill().unwrap();
+        run.wait().unwrap();
+        let started = std::fs::read_to_string(folder.path().join("started")).unwrap();
+        let deadline = Instant::now() + Duration::from_secs(20);
+        for id in started.split(' ') {
+            while Path::new("/proc").join(id).exists() {
+                assert!(Instant::now() < deadline, "{id} of {started} goes on");
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        }
     });
 }
