@@ -6,6 +6,7 @@ use mcap::records::MessageHeader;
 use proptest::prelude::{ProptestConfig, any, proptest};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write as _};
+use std::sync::LazyLock;
 
 const IMU: &str = "Header header\nVector3 angular_velocity\nfloat64[9] covariance\n";
 
@@ -275,7 +276,8 @@ proptest! {
         flips in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 0..4),
         cut in proptest::option::of(any::<proptest::sample::Index>()),
     ) {
-        let (name, mut bytes) = bags().swap_remove(bag);
+        static BAGS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(bags);
+        let (name, mut bytes) = BAGS[bag].clone();
         for (at, byte) in flips {
             let at = at.index(bytes.len());
             bytes[at] = byte;

@@ -18,6 +18,8 @@ fn database(fill: impl FnOnce(&Connection) -> rusqlite::Result<()>) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("data.db3");
     let sqlite = Connection::open(&path).unwrap();
+    // It need not outlast a power cut.
+    sqlite.pragma_update(None, "synchronous", "off").unwrap();
     fill(&sqlite).unwrap();
     drop(sqlite);
     fs::read(path).unwrap()
