@@ -7,6 +7,7 @@
 use harness::run::{Options, Prepared, run_to_folder};
 use plan::library::{Kind, Library, names};
 use plan::made::Made;
+use record::run_folder::RunFolder;
 use record::sink::Level;
 use rig::hosted::{ControllerProgram, Hosting};
 use rig::operator::Answers;
@@ -41,6 +42,10 @@ fn record(prepared: &Prepared, hosting: Hosting) -> (Vec<u8>, String) {
     let prepared = Prepared { hosting, ..prepared.clone() };
     let done = run_to_folder(&prepared, &options, &mut |_| true, &|| 0.0).unwrap();
     let ended = format!("{:?}: {:?}", done.summary.outcome, done.summary.reason);
+    // Whatever a plan has a controller do, its record is read to its end.
+    for record in RunFolder::open(folder.path()).unwrap().records().unwrap() {
+        record.unwrap_or_else(|error| panic!("{}: {error}", prepared.plan.name.as_str()));
+    }
     (std::fs::read(folder.path().join("record.hilrec")).unwrap(), ended)
 }
 

@@ -14,7 +14,7 @@
 macro_rules! terms {
     ($(#[$attribute:meta])* points: $points:ty) => {
         /// One term.
-        #[derive(Debug, Clone, PartialEq, ::serde::Serialize, ::serde::Deserialize)]
+        #[derive(Debug, Clone, PartialEq, ::serde::Deserialize)]
         $(#[$attribute])*
         #[serde(deny_unknown_fields)]
         pub struct Term {
@@ -26,11 +26,29 @@ macro_rules! terms {
             /// How it depends on its input.
             pub form: Form,
             /// Range of its input: beyond it, the term is constant.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[serde(default)]
             pub within: Option<[f64; 2]>,
             /// The same of a product's second input.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[serde(default)]
             pub within_2: Option<[f64; 2]>,
+        }
+
+        impl ::serde::Serialize for Term {
+            /// Text formats omit a range that is not given; formats read by position include it.
+            fn serialize<S: ::serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                use ::serde::ser::SerializeStruct as _;
+                let is_text = serializer.is_human_readable();
+                let ranges = [("within", &self.within), ("within_2", &self.within_2)];
+                let ranges = ranges.iter().filter(|(_, range)| !is_text || range.is_some());
+                let mut term = serializer.serialize_struct("Term", 3 + ranges.clone().count())?;
+                term.serialize_field("acts", &self.acts)?;
+                term.serialize_field("driver", &self.driver)?;
+                term.serialize_field("form", &self.form)?;
+                for (name, range) in ranges {
+                    term.serialize_field(name, range)?;
+                }
+                term.end()
+            }
         }
 
         /// What a term acts on.

@@ -11,7 +11,8 @@ use super::samples::{any_record, one_of_each, record, state};
 use super::sink::{Both, FileSink, Level, MemorySink, RecordSink, TRUTH_PERIOD};
 use super::writer::RecordWriter;
 use super::{Device, Record, RecordKind};
-use controller::mission::Report;
+use controller::calibration::Calibration;
+use controller::mission::{Command, Report};
 use proptest::prelude::*;
 use std::io::{self, Cursor, Write};
 use wire::time::Timestamp;
@@ -188,6 +189,39 @@ fn a_dropped_sink_has_written_everything_but_the_end_mark() {
     assert!(matches!(error, Some(RecordError::CutShort { trailing: 0, .. })));
     let told = error.unwrap().to_string();
     assert!(told.ends_with(" without its end mark") && !told.contains("0 bytes"), "{told}");
+}
+
+/// Text may leave out what is not given; a record is read by position and may not.
+#[test]
+fn a_model_that_a_controller_is_given_comes_back() {
+    let drivers = [
+        r#""temperature""#,
+        r#"{ "temperature_lag": { "time_constant_s": 90.0 } }"#,
+        r#""rate""#,
+        r#""time""#,
+    ];
+    let forms = [
+        r#"{ "linear": { "slope": 1e-5, "origin": 20.0 } }"#,
+        r#"{ "table": { "points": [{ "x": 1.0, "value": 2.0 }, { "x": 2.0, "value": 3.0 }] } }"#,
+        r#"{ "product": { "coefficient": 1.0, "origin": 0.0, "second": "uptime", "origin_2": 1.0 } }"#,
+    ];
+    let ranges = ["", r#", "within": [-1.0, 1.0]"#, r#", "within_2": [0.0, 1.0]"#];
+    let terms = drivers.iter().flat_map(|driver| {
+        let forms = forms.iter().zip(ranges);
+        forms.map(move |(form, range)| {
+            format!(r#"{{ "acts": "bias", "driver": {driver}, "form": {form}{range} }}"#)
+        })
+    });
+    let terms = Vec::from_iter(terms).join(", ");
+    let calibration =
+        format!(r#"{{ "factors": [{{ "constant": 1.1 }}], "corrections": [{terms}] }}"#);
+    let calibration: Calibration = serde_json::from_str(&calibration).unwrap();
+    assert_eq!(calibration.corrections.len(), 12);
+    let command = RecordKind::Command(Box::new(Command::SetCalibration(calibration)));
+    let records = [record(1.0, Device::Plan, command)];
+    let (back, error) = read(&written(&records));
+    assert!(error.is_none(), "{error:?}");
+    assert_eq!(back, records);
 }
 
 proptest! {
