@@ -4,7 +4,7 @@
 
 It closes the contactor, behind a precharge, while it is asked to charge and the cells are well. It opens it for good on
 over-voltage, over-temperature, or when the cells fall silent: a message whose checksum or counter is wrong is not heard.
-`--mistake` plants one of the mistakes that the plans find.
+`--mistake` plants a mistake. The plans find six of them, and a campaign the seventh.
 """
 
 import argparse

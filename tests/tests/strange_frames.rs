@@ -40,7 +40,10 @@ impl Device for Strange {
             return;
         }
         self.next = now + Span::from_millis(500);
-        let frames = self.identifiers.iter().map(|id| CanFrame::new(*id, &[0; 8]).unwrap());
+        let mut data = [0; 8];
+        // The cells' checksum is right.
+        data[7] = crc::Crc::<u8>::new(&crc::CRC_8_SAE_J1850).checksum(&data[..7]);
+        let frames = self.identifiers.iter().map(|id| CanFrame::new(*id, &data).unwrap());
         self.outgoing = frames.collect();
     }
 

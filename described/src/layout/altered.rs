@@ -288,13 +288,12 @@ mod tests {
             assert_eq!(of.value(&wrong, checksum), Some(right + 1.0));
             let (after, verdict) = heard(&mut layout.decoder(), &wrong);
             assert_eq!(verdict, Some(Verdict::WrongChecksum));
-            let (before, _) = heard(&mut layout.decoder(), &sent);
-            let others = |values: &[Option<f64>]| {
-                let other =
-                    |(place, value): (usize, &Option<f64>)| (place != checksum).then_some(*value);
-                values.iter().enumerate().filter_map(other).collect::<Vec<_>>()
+            assert!(after.iter().all(Option::is_none), "{after:?}");
+            let others = |of_what: &Transmit| {
+                let places = (0..of.signals.len()).filter(|place| *place != checksum);
+                places.map(|place| of.value(of_what, place)).collect::<Vec<_>>()
             };
-            assert_eq!(others(&after), others(&before));
+            assert_eq!(others(&wrong), others(&sent));
             assert_eq!(of.with_value(&wrong, checksum, right), Some(sent));
         }
     }

@@ -102,7 +102,7 @@ impl Decoder {
             return None;
         }
         self.layout.frames[index].read(message, frame.data(), &mut self.values);
-        let verdict = judge(message, frame.data(), &mut self.received[index]);
+        let verdict = judge(message, frame.data(), &mut self.received[index], &mut self.values);
         Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
@@ -133,7 +133,7 @@ impl Decoder {
             return None;
         }
         message.read(&data, &mut self.values);
-        let verdict = judge(message, &data, &mut self.received[index]);
+        let verdict = judge(message, &data, &mut self.received[index], &mut self.values);
         Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
@@ -205,7 +205,8 @@ impl Decoder {
                 Found::Whole(length) => {
                     let packet = &self.buffer[at..at + length];
                     let known = &self.layout.messages[message];
-                    let verdict = judge(known, packet, &mut self.received[message]);
+                    let verdict =
+                        judge(known, packet, &mut self.received[message], &mut self.values);
                     at += length;
                     self.line_begins = true;
                     if known.told_by.is_some_and(|told_by| !told_by.repeats) {
@@ -261,9 +262,18 @@ fn hears(sender: Option<Sender>, message: &Message) -> bool {
     sender.is_none_or(|sender| message.sender == sender)
 }
 
-/// Checks counter and checksum among the signals of a message with these bytes.
+/// Checks counter and checksum among the signals of a message with these bytes. With a wrong checksum, no value counts.
 #[inline]
-fn judge(message: &Message, data: &[u8], received: &mut Received) -> Option<Verdict> {
+fn judge(
+    message: &Message,
+    data: &[u8],
+    received: &mut Received,
+    values: &mut [Option<f64>],
+) -> Option<Verdict> {
     let protected = message.protected.as_ref()?;
-    Some(protected.protection.check(data.get(message.payload())?, received))
+    let verdict = protected.protection.check(data.get(message.payload())?, received);
+    if verdict == Verdict::WrongChecksum {
+        values.fill(None);
+    }
+    Some(verdict)
 }

@@ -171,14 +171,11 @@ impl Regression<'_> {
     }
 }
 
-/// The way from `folder` to that of the `project`; `None` if its files are found without: from the working folder as well.
+/// The way from `folder` to that of the `project`; `None` if they are the same.
 fn way(folder: &Path, project: &Path) -> Option<String> {
     // Of a plan that is named without a folder, the project is an empty path.
     let (from, to) =
         (folder.canonicalize().ok()?, Path::new(".").join(project).canonicalize().ok()?);
-    if to == std::env::current_dir().ok()?.canonicalize().ok()? {
-        return None;
-    }
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let up = from.components().skip(shared).map(|_| Component::ParentDir);
     let way: PathBuf = up.chain(to.components().skip(shared)).collect();

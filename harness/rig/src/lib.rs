@@ -43,6 +43,7 @@ mod ledger;
 pub mod line;
 pub mod link;
 pub mod node;
+mod oddities;
 pub mod operator;
 mod own;
 mod remarks;

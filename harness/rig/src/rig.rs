@@ -4,10 +4,9 @@ use crate::crossing::CrossedLine;
 use crate::engine::Engine;
 use crate::line::{End, EndId, Line};
 use crate::node::{Node, Part, Route, Woken};
+use crate::oddities::Oddities;
 use crate::robot::{self, Robot};
 use described::{Decoded, Decoder};
-use plan::identifiers::Identifiers;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
 use wire::packet::Packet;
@@ -31,10 +30,7 @@ pub(crate) struct Ear {
     pub(crate) decoder: Decoder,
     /// Whether undecodable input counts: the user's own device must be understood.
     pub(crate) judged: bool,
-    /// How often each signal was out of its range, by message and signal.
-    pub(crate) out_of_range: BTreeMap<(usize, usize), u64>,
-    /// Frames that are none of its messages.
-    pub(crate) unexpected: Identifiers,
+    pub(crate) oddities: Oddities,
 }
 
 impl Rig {
@@ -77,8 +73,8 @@ impl Rig {
         judged: bool,
     ) {
         self.lines[line].expect_messages(decoder.layout(), decoder.sender());
-        let (out_of_range, unexpected) = Default::default();
-        self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range, unexpected });
+        let oddities = Oddities::default();
+        self.ears.push(Ear { line, end, speaker, decoder, judged, oddities });
     }
 
     pub(crate) fn is_read(&self, line: usize) -> bool {
@@ -149,11 +145,9 @@ impl Rig {
                 }
                 continue;
             }
-            let Ear { speaker, decoder, out_of_range, unexpected, .. } = ear;
+            let Ear { speaker, decoder, oddities, .. } = ear;
             let mut take = |decoded: Decoded<'_>| {
-                for signal in decoded.out_of_range() {
-                    *out_of_range.entry((decoded.message, signal)).or_default() += 1;
-                }
+                oddities.see(&decoded);
                 take(*speaker, decoded);
             };
             match what {
@@ -164,7 +158,7 @@ impl Rig {
                     // A remote request has the identifier of another node's message, which it asks for.
                     let is_odd = !is_message && !strange && !frame.is_remote();
                     if is_odd && !decoder.takes(frame.id()) {
-                        unexpected.count(frame.id());
+                        oddities.unexpected.count(frame.id());
                     }
                 }
                 Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut take),

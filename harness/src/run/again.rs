@@ -110,6 +110,8 @@ pub fn judge_again(
         None => Default::default(),
     };
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
+    summary.notes.retain(|note| !note.starts_with(JUDGED_BY));
+    summary.notes.extend(judged_by(plan, recorded));
     // What the bench of the run did not show is no fault of the record, and has another reason.
     let lacks = |one: &&PropertySummary| {
         let why =
@@ -129,6 +131,19 @@ pub fn judge_again(
 
 const NOTHING_JUDGED: &str =
     "nothing was judged: the record does not hold what the properties need";
+
+/// Begins the note on another plan than that of the run.
+const JUDGED_BY: &str = "judged again by ";
+
+/// A sentence about a plan that is not that of the run: what calls itself a verdict on the run is one of this plan.
+fn judged_by(plan: &Plan, recorded: &Header) -> Option<String> {
+    let of_run = plan_of(recorded).filter(|of_run| of_run != plan)?;
+    let (name, of_run) = (plan.name.as_str(), of_run.name);
+    Some(match of_run.as_str() == name {
+        true => format!("{JUDGED_BY}{name} as it is now, and not as it was in the run"),
+        false => format!("{JUDGED_BY}{name}, and not by {}, the plan of the run", of_run.as_str()),
+    })
+}
 
 /// A sentence about a property that was not judged.
 fn without_verdict(property: &PropertySummary) -> Option<String> {

@@ -76,13 +76,15 @@ fn kept(
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
     most: usize,
 ) -> Result<(Vec<Logged>, Vec<String>), ImportError> {
-    let (mut errors, mut begins_s) = (0_u64, None);
+    let (mut errors, mut begins_s) = (0_u64, None::<f64>);
     let is_kept = |entry: &Result<Entry, LogError>| {
         let Ok(entry) = entry else { return true };
         let is_error = matches!(entry.payload, Payload::Error(_));
         errors += u64::from(is_error);
-        if !is_error && begins_s.is_none() {
-            begins_s = Some(entry.at.as_secs_f64());
+        if !is_error {
+            // A logger of several channels need not write them in the order of their times.
+            let at_s = entry.at.as_secs_f64();
+            begins_s = Some(begins_s.map_or(at_s, |first_s| first_s.min(at_s)));
         }
         !is_error
     };

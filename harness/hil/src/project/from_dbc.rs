@@ -279,6 +279,15 @@ impl<'a> Measured<'a> {
         }
     }
 
+    /// Says why a message is not measured.
+    pub(super) fn leave_out(&mut self, message: &Message) {
+        let _ = writeln!(
+            self.plan,
+            "\n# {} is not measured: the DBC gives it no period, so that it may be an event.",
+            message.name
+        );
+    }
+
     pub(super) fn finish(self) {
         if self.left_out > 0 {
             let count = self.left_out;

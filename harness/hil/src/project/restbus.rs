@@ -174,6 +174,8 @@ fn bench_plan(name: &Name, members: &[Member], assumed: Span) -> String {
     plan
 }
 
+/// Of a real device that the DBC gives periods, a message without one may be an event: that it comes is asked of none of
+/// them. What is emulated here sends each message.
 fn measured<'a>(
     plan: &mut String,
     heard_s: f64,
@@ -183,9 +185,16 @@ fn measured<'a>(
     let mut measured = Measured::new(plan, heard_s);
     for one in members {
         let waits = Waits::of(&one.layout);
-        for message in of(&one.layout, Sender::Device) {
-            let period = message.period.unwrap_or(assumed);
-            measured.add((Some(&one.name), &one.layout, &waits), message, period);
+        let all = || of(&one.layout, Sender::Device);
+        let has_events = one.is_real && all().any(|message| message.period.is_some());
+        for message in all() {
+            match message.period {
+                None if has_events => measured.leave_out(message),
+                period => {
+                    let period = period.unwrap_or(assumed);
+                    measured.add((Some(&one.name), &one.layout, &waits), message, period);
+                }
+            }
         }
     }
     measured.finish();

@@ -135,6 +135,22 @@ fn the_rest_of_a_bus_runs_and_passes() {
     assert!(nobody.to_string().contains("no node `Toll`"), "{nobody}");
 }
 
+/// Found by a user: a message that is sent on an event alone failed a sound device.
+#[test]
+fn what_may_be_an_event_is_not_asked_of_a_real_device() {
+    let dbc = include_bytes!("../../../../examples/battery-pack/devices/pack.dbc");
+    let name = Name::new("rest").unwrap();
+    let made = restbus(&name, "pack.dbc", dbc, &["Manager".to_owned()]).unwrap();
+    let file = |name: &str| {
+        let found = made.files.iter().find(|file| file.path == Path::new(name)).unwrap();
+        String::from_utf8(found.bytes.clone()).unwrap()
+    };
+    let bench = file("bench.toml");
+    assert!(bench.contains("period.manager.ManagerCommand"), "{bench}");
+    assert!(!bench.contains("manager.TripReport"), "{bench}");
+    assert!(bench.contains("# TripReport is not measured: the DBC gives it no period"), "{bench}");
+}
+
 #[test]
 fn the_rest_of_a_bus_has_as_many_nodes_as_a_rig() {
     use std::fmt::Write as _;

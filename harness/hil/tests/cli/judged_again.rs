@@ -122,3 +122,28 @@ fn messages_that_have_changed_since_the_run_are_told() {
     let note = "the messages of `device` have changed since the run";
     assert!(ran.err.contains(note), "{}", ran.err);
 }
+
+/// Found by a user: the verdict of a lenient plan stood in the files of a failed run as that of its own.
+#[test]
+fn a_verdict_of_another_plan_says_whose_it_is() {
+    let hil = with_property("device.Temperature < 100 degC");
+    within(&hil, &["run", "settles.toml", "--out", "run"]).exits(0);
+    let settles = fs::read_to_string(hil.path("oven/settles.toml")).unwrap();
+    let changed = settles.replace("[58, 61]", "[50, 70]");
+    assert_ne!(settles, changed);
+    let said = |plan: &str, name: &str| {
+        fs::write(hil.path("oven/other.toml"), plan.replace("\"settles\"", name)).unwrap();
+        within(&hil, &["check", "run", "--plan", "other.toml"]).exits(0);
+        fs::read_to_string(hil.path("oven/run/junit.xml")).unwrap()
+    };
+    let same = said(&settles, "\"settles\"");
+    assert!(!same.contains("judged again"), "{same}");
+    let lenient = said(&changed, "\"settles\"");
+    assert!(lenient.contains("judged again by settles as it is now"), "{lenient}");
+    let another = said(&changed, "\"easy\"");
+    let told = "judged again by easy, and not by settles, the plan of the run";
+    assert!(another.contains(told) && !another.contains("as it is now"), "{another}");
+    within(&hil, &["check", "run"]).exits(0);
+    let own = fs::read_to_string(hil.path("oven/run/summary.json")).unwrap();
+    assert!(!own.contains("judged again"), "{own}");
+}

@@ -52,7 +52,7 @@ macro_rules! kinds {
         /// |---|---|---|
         /// | `all_within = band` | the worst value | the band |
         /// | `never_outside = { band, during }` | the worst value during a step or label | the band |
-        /// | `share_within = { share, band }` | share of the values in the band | `share` to 1 |
+        /// | `share_within = { share, band }` | share of the values in the band; of periods, of the time | `share` to 1 |
         /// | `all_but_within = { count, band }` | number of values outside the band | 0 to `count` |
         /// | `all_but_in_square = { count, side_m, y }` | number of positions outside the square | 0 to `count` |
         /// | `mean_within = band` | mean | the band |

@@ -5,6 +5,7 @@ use super::jackknife::Together;
 use crate::observation::{Observations, Observed};
 use crate::quantities::{OPEN_TAG, during_tag, is_undecided};
 use crate::quantity::{Filter, QuantityName};
+use crate::speakers::OfMessage;
 use std::cmp::Ordering;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +56,8 @@ pub struct Selection<'a> {
     second: Vec<Observed<'a>>,
     /// The longest that a reaction had waited which is not judged.
     open: Option<f64>,
+    /// Whether the values are times between messages, which fill the run.
+    are_periods: bool,
 }
 
 impl<'a> Selection<'a> {
@@ -88,7 +91,9 @@ impl<'a> Selection<'a> {
             first.retain(|one| !is_open(one));
         }
         let open = open.filter(|_| meant.quantity.reaction().is_some());
-        Self { least: meant.least, is_exact: false, first, second, open }
+        let of_message = meant.quantity.of_message();
+        let are_periods = matches!(of_message, Some(OfMessage::Period { .. }));
+        Self { least: meant.least, is_exact: false, first, second, open, are_periods }
     }
 
     /// The same selection without the observations' own uncertainties.
@@ -129,6 +134,11 @@ impl<'a> Selection<'a> {
             return Err(Refusal::Unset(too_few(count, least)));
         }
         Ok(())
+    }
+
+    /// Whether the values are times between messages, which fill the run.
+    pub(super) const fn are_periods(&self) -> bool {
+        self.are_periods
     }
 
     pub(super) fn samples(&self) -> Vec<Sample> {

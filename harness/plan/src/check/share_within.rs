@@ -1,4 +1,5 @@
-//! `share_within`: the share of the values in a band.
+//! `share_within`: the share of the values in a band. Of times between messages it is the share of the time, so that one
+//! long silence weighs as much as the messages that are missing.
 
 use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear};
 use super::kind::{Facts, Kind, UnitOf};
@@ -8,7 +9,7 @@ use crate::number;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// At least a share of the values lies in the band.
+/// At least a share of the values lies in the band; of the time between messages, at least a share of the time.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[schemars(inline)]
 #[serde(deny_unknown_fields)]
@@ -32,16 +33,25 @@ impl Kind for ShareWithin {
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
         let samples = selection.samples();
         let count = samples.len();
+        let weight = |s: &Sample| if selection.are_periods() { s.value } else { 1.0 };
+        let all: f64 = samples.iter().map(weight).sum();
         let share = |coverage: f64| {
             let clear = |s: &&Sample| is_clear(s.value, s.uncertainty, self.band, coverage);
-            samples.iter().filter(clear).count() as f64 / count as f64
+            // Without any time between them, all messages count alike.
+            match samples.iter().filter(clear).map(weight).sum::<f64>() / all {
+                share if share.is_finite() => share,
+                _ => samples.iter().filter(clear).count() as f64 / count as f64,
+            }
         };
         let value = share(0.0);
         Ok(Figure {
             value,
             uncertainty: (share(-1.0) - share(1.0)) / 2.0,
             verdict: graded(value >= self.share, share(COVERAGE) >= self.share),
-            statistic: format!("share of {count} inside {}", self.band),
+            statistic: match selection.are_periods() {
+                true => format!("share of the time of {count} periods inside {}", self.band),
+                false => format!("share of {count} inside {}", self.band),
+            },
         })
     }
 }

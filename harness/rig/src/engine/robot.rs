@@ -301,7 +301,9 @@ impl Engine {
             collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);
             let Some(state) = state else { return };
             collector.add(&q::SAMPLES_USED, state.samples as f64, 0.0, &[]);
-            // A controller that does not know how many were lost, and says so in its health, has lost at least one.
+            // A controller that does not know how many were lost, and says so in its health, has lost at least one. Those
+            // of a gyro that is still silent are not counted yet.
+            let says_lost = says_lost || state.health.causes.gyro_silent;
             let lost = state.samples_lost.max(u64::from(says_lost));
             collector.add(&q::SAMPLES_LOST, lost as f64, 0.0, &[]);
             let overflows = f64::from(u8::from(state.health.causes.overflow));

@@ -42,6 +42,20 @@ fn verdicts_on_single_values_and_shares() {
     }
 }
 
+/// Found by a user: a device that was silent for a minute had nearly all of its messages in time.
+#[test]
+fn a_share_of_periods_is_a_share_of_the_time() {
+    let check = "{ share_within = { share = 0.9, band = [0.09, 0.11] } }";
+    let judged = |quantity: &str, silent_s: f64| {
+        let periods = std::iter::repeat_n(0.1, 900).chain([silent_s]);
+        let observed = periods.map(|value| observation(quantity, value, 0.0, &[]));
+        judge(&declared(quantity, check), &Vec::from_iter(observed)).verdict
+    };
+    assert_eq!(judged("period.a.M", 9.9), Pass);
+    assert_eq!(judged("period.a.M", 10.1), Fail);
+    assert_eq!(judged("table.turn_error", 60.0), Pass);
+}
+
 #[test]
 fn verdicts_on_moments_and_lines() {
     // Mean 2, standard uncertainty 1 / sqrt(3) = 0.577, widened by 2.195 for three values.

@@ -209,6 +209,17 @@ fn a_fault_of_a_line_goes_on_until_it_is_taken_back() {
     assert_eq!(counters["faults_acted"], 800, "{counters}");
 }
 
+/// Found by a user: its restart was refused, and its switch told of that restart.
+#[test]
+fn a_gyro_is_restarted_by_a_fault() {
+    let mut gyro = alone();
+    sent(&mut gyro, at(1.0));
+    ask(&mut gyro, at(1.0), r#"{"fault":{"restart":{"for_s":0.5}}}"#).unwrap();
+    sent(&mut gyro, at(1.1));
+    assert!(sent(&mut gyro, at(1.45)).is_empty());
+    assert!(sent(&mut gyro, at(2.5)).len() > 90);
+}
+
 #[test]
 fn what_cannot_fail_says_so() {
     let (base, table) = (base(Transport::Serial), Some(TableParameters::default()));
