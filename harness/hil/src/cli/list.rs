@@ -12,7 +12,7 @@ use plan::faults::{FaultKind, table as vocabulary};
 use plan::library::Kind;
 use plan::quantities::QUANTITIES;
 use plan::rig::RigFile;
-use plan::{Action, Name};
+use plan::{Action, Check, Name};
 use record::outcome::Outcome;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -25,6 +25,8 @@ enum Topic {
     Plans,
     /// Steps of a plan.
     Steps,
+    /// Checks of a measurement.
+    Checks,
     /// Device files, the gyros, bases and tables that they name, and descriptions of custom
     /// devices.
     Devices,
@@ -62,6 +64,7 @@ impl Topic {
         match self {
             Self::Plans => plans(project),
             Self::Steps => steps(),
+            Self::Checks => checks(),
             Self::Devices => devices(project),
             Self::Rigs => rigs(project),
             Self::Benches => benches(project),
@@ -132,6 +135,14 @@ fn steps() -> Table {
     let mut table = table(["step", "what is done", "example"]);
     for word in Action::words() {
         table.add_row([word.name, word.doc.trim(), word.example]);
+    }
+    table
+}
+
+fn checks() -> Table {
+    let mut table = table(["check", "figure that is judged", "must lie in"]);
+    for word in Check::WORDS {
+        table.add_row([word.written, word.figure, word.lies_in]);
     }
     table
 }

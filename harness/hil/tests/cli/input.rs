@@ -12,7 +12,11 @@ fn what_ships_is_listed() {
     for name in ["lap.gyro_error", "gyro.ambient_celsius"] {
         assert!(!files.out.contains(name) && all.out.contains(name), "{name}: {}", all.out);
     }
-    assert!(files.out.ends_with("hil list steps|quantities|parameters|faults\n"), "{}", files.out);
+    assert!(
+        files.out.ends_with("hil list steps|checks|quantities|parameters|faults\n"),
+        "{}",
+        files.out
+    );
     let plans = Hil::new().run(&["list", "plans"]).exits(0);
     assert!(plans.out.contains("umbmark") && !plans.out.contains("lap.gyro_error"));
 }

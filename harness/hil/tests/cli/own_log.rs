@@ -259,7 +259,7 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
     };
     let mut log: String = log.lines().take(40).map(later).collect();
     log += "(102.050000) can0 7FF#00\n(102.100000) can0 20000004#0000000000000000\n";
-    fs::write(hil.path("oven/rest.log"), log).unwrap();
+    fs::write(hil.path("oven/rest.log"), &log).unwrap();
     let ran = within(&hil, &["import", "rest.log", "--plan", "short.toml", "--out", "short"]);
     for told in [
         "1 error frame of the log left out",
@@ -270,6 +270,10 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
         assert!(ran.out.contains(told), "{told}: {}", ran.out);
     }
     assert!(!ran.out.contains("nothing was done to a device"), "{}", ran.out);
+    let reversed: Vec<&str> = log.lines().rev().collect();
+    fs::write(hil.path("oven/rest.log"), reversed.join("\n") + "\n").unwrap();
+    let ran = within(&hil, &["import", "rest.log", "--plan", "short.toml", "--out", "back"]);
+    assert!(ran.out.contains("the log begins at 100."), "{}", ran.out);
     fs::write(hil.path("oven/empty.log"), "").unwrap();
     let empty = within(&hil, &["import", "empty.log", "--plan", "short.toml"]).exits(2);
     for told in ["failed to import empty.log", "there is no frame in the log", "--from candump, "] {

@@ -44,25 +44,24 @@ pub use worst::{AllWithin, NeverOutside};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+/// A kind of check, in words.
+#[derive(Debug, Clone, Copy)]
+pub struct Word {
+    /// Its key, with what a plan writes there.
+    pub written: &'static str,
+    /// The figure that it judges.
+    pub figure: &'static str,
+    /// Where the figure must lie.
+    pub lies_in: &'static str,
+}
+
 macro_rules! kinds {
-    ($($name:ident = $key:literal,)*) => {
+    ($($name:ident = $key:literal, $written:literal, $figure:literal, $lies_in:literal;)*) => {
         /// What a declared measurement must satisfy. One key names the kind of check:
         ///
         /// | key | figure that is judged | must lie in |
         /// |---|---|---|
-        /// | `all_within = band` | the worst value | the band |
-        /// | `never_outside = { band, during }` | the worst value during a step or label | the band |
-        /// | `share_within = { share, band }` | share of the values in the band; of periods, of the time | `share` to 1 |
-        /// | `all_but_within = { count, band }` | number of values outside the band | 0 to `count` |
-        /// | `all_but_in_square = { count, side_m, y }` | number of positions outside the square | 0 to `count` |
-        /// | `mean_within = band` | mean | the band |
-        /// | `rms_within = band` | root mean square | the band |
-        /// | `rms_ratio_within = { to, to_offset, band }` | root mean square over that of `to` | the band |
-        /// | `slope_within = { against, band }` | slope of the least-squares line over a tag | the band |
-        /// | `intercept_within = { against, band }` | that line at zero | the band |
-        /// | `correlation_within = { against, band }` | correlation with a tag | the band |
-        /// | `eventually_within = { band, within_s }` | time until values stay in the band | 0 to `within_s` |
-        /// | `umbmark_within = { figure, y, side_m, band }` | a figure of UMBmark | the band |
+        $(#[doc = concat!("| `", $key, " = ", $written, "` | ", $figure, " | ", $lies_in, " |")])*
         ///
         /// Where a check takes `y`, the measurement's own quantity is x.
         #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -73,6 +72,13 @@ macro_rules! kinds {
         }
 
         impl Check {
+            /// All kinds.
+            pub const WORDS: &[Word] = &[$(Word {
+                written: concat!($key, " = ", $written),
+                figure: $figure,
+                lies_in: $lies_in,
+            }),*];
+
             /// The key that names this kind of check.
             pub const fn name(&self) -> &'static str {
                 match self {
@@ -91,17 +97,55 @@ macro_rules! kinds {
 }
 
 kinds! {
-    AllWithin = "all_within",
-    NeverOutside = "never_outside",
-    ShareWithin = "share_within",
-    AllButWithin = "all_but_within",
-    AllButInSquare = "all_but_in_square",
-    MeanWithin = "mean_within",
-    RmsWithin = "rms_within",
-    RmsRatioWithin = "rms_ratio_within",
-    SlopeWithin = "slope_within",
-    InterceptWithin = "intercept_within",
-    CorrelationWithin = "correlation_within",
-    EventuallyWithin = "eventually_within",
-    UmbmarkWithin = "umbmark_within",
+    AllWithin = "all_within", "band", "the worst value", "the band";
+    NeverOutside = "never_outside", "{ band, during }", "the worst value during a step or label", "the band";
+    ShareWithin = "share_within", "{ share, band }",
+        "share of the values in the band; of periods, of the time", "`share` to 1";
+    AllButWithin = "all_but_within", "{ count, band }", "number of values outside the band", "0 to `count`";
+    AllButInSquare = "all_but_in_square", "{ count, side_m, y }",
+        "number of positions outside the square", "0 to `count`";
+    MeanWithin = "mean_within", "band", "mean", "the band";
+    RmsWithin = "rms_within", "band", "root mean square", "the band";
+    RmsRatioWithin = "rms_ratio_within", "{ to, to_offset, band }",
+        "root mean square over that of `to`", "the band";
+    SlopeWithin = "slope_within", "{ against, band }",
+        "slope of the least-squares line over a tag", "the band";
+    InterceptWithin = "intercept_within", "{ against, band }", "that line at zero", "the band";
+    CorrelationWithin = "correlation_within", "{ against, band }", "correlation with a tag", "the band";
+    EventuallyWithin = "eventually_within", "{ band, within_s }",
+        "time until values stay in the band", "0 to `within_s`";
+    UmbmarkWithin = "umbmark_within", "{ figure, y, side_m, band }", "a figure of UMBmark", "the band";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Check;
+    use crate::Action;
+
+    /// If the tables in the document differ, the new text is written to `docs/plans.md.new`.
+    #[test]
+    fn the_document_has_all_steps_and_checks() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/plans.md");
+        let written = std::fs::read_to_string(path).unwrap();
+        let mut text = written.clone();
+        let steps = Action::words().map(|word| {
+            let example = word.example.replace('|', "\\|");
+            format!("| `{}` | {} | `{example}` |\n", word.name, word.doc.trim())
+        });
+        let checks = Check::WORDS
+            .iter()
+            .map(|word| format!("| `{}` | {} | {} |\n", word.written, word.figure, word.lies_in));
+        for (header, rows) in [
+            ("| step | what is done | example |\n|---|---|---|\n", steps.concat()),
+            ("| check | figure that is judged | must lie in |\n|---|---|---|\n", checks.collect()),
+        ] {
+            let (before, after) = text.split_once(header).expect("a table");
+            let (_, after) = after.split_once("\n\n").expect("an end of the table");
+            text = format!("{before}{header}{rows}\n{after}");
+        }
+        if written != text {
+            std::fs::write(format!("{path}.new"), text).unwrap();
+            panic!("docs/plans.md lacks a step or a check: mv docs/plans.md.new docs/plans.md");
+        }
+    }
 }
