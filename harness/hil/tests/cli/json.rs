@@ -58,7 +58,7 @@ fn lists_campaigns_and_machines_are_told() {
     let hil = Hil::with_plan(TURN);
     let all = document(&hil.run(&["list", "--json"]).exits(0));
     let topics: Vec<&String> = all.as_object().unwrap().keys().collect();
-    assert_eq!(topics.len(), 9, "{topics:?}");
+    assert_eq!(topics.len(), 10, "{topics:?}");
     assert!(all["plans"].as_array().unwrap().iter().any(|plan| plan["plan"] == "warm-up"));
     let campaign = [
         "campaign",
