@@ -3,15 +3,16 @@
 use crate::dataset::{Dataset, Drive};
 use crate::done::Done;
 use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{Effect, Figure, Finding, HeldOut, Left, Parameter, SCHEMA, Verdict};
+use crate::finding::{Effect, Figure, Finding, HeldOut, Left, Parameter, SCHEMA, Verdict, in_unit};
 use crate::fit::{Found, residual};
-use crate::judge::{Whiteness, of_innovations, stretches};
+use crate::judge::{Metric, Whiteness, of_innovations, stretches};
 use crate::model::{Acts, Driver, Model, Shape, Term, is_frame};
 use crate::noise::Whitener;
 use crate::options::Options;
 use crate::outcome::{self, BlockDiagnostics, Diagnostics, OffsetOfRuns};
 use crate::problem::{Aggregate, Problem};
 use crate::select::Contender;
+use crate::units::short;
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -48,6 +49,7 @@ pub(crate) fn assemble(
         let coloured = whiteness.filter(|found| !found.is_white(done.len()));
         left.extend(coloured.map(|found| found.left(one.data, done.len())));
         notices.extend(error_over_floor(one));
+        notices.extend(errors_of_choice(one));
         notices.push(match whiteness {
             Some(found) => found.notice(one.data, done.len()),
             None => format!(
@@ -252,6 +254,23 @@ fn error_over_floor(one: &Done<'_>) -> Option<String> {
         "the held-out error of `{}` is {ratio:.1} times the noise that is new in a reading",
         one.data.block.label
     ))
+}
+
+/// What sets the errors of the headline apart from those of the chosen model on the path, where they differ.
+fn errors_of_choice(one: &Done<'_>) -> Vec<String> {
+    let chosen = &one.fit.path[one.fit.chosen].metrics;
+    let differ = |(nested, chosen): (&Metric, &Metric)| {
+        let [of_choice, of_model] = [nested, chosen].map(|one| short(one.value()));
+        let unit = in_unit(&chosen.unit.text);
+        (of_choice != of_model).then(|| {
+            format!(
+                "the held-out error of `{}`, {of_choice}{unit}, counts the choice of the model: each run is predicted by \
+                 the model that is chosen without it; the model chosen from all runs has {of_model}{unit} on the path",
+                chosen.name
+            )
+        })
+    };
+    one.errors().1.iter().zip(chosen).filter_map(differ).collect()
 }
 
 /// Largest ratio of error to innovation noise that still counts as noise.

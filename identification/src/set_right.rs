@@ -30,15 +30,22 @@ pub(crate) fn set_right(
     let right = applied(stated, corrections);
     let mut found = Vec::new();
     for (index, correction) in corrections.iter().enumerate() {
-        if !correction.is_effect() {
+        // A reference is mounted once, at whatever times its angle was told.
+        let is_same = |other: &Correction| correction.is_part_of(other);
+        if !correction.is_effect() || corrections[..index].iter().any(is_same) {
             continue;
         }
-        let effect = correction.effect(&right);
+        let parts = corrections[index + 1..].iter().filter(|other| is_same(other));
+        let effect = parts.fold(correction.clone(), Correction::joined).effect(&right);
         let concerns =
             |one: &&Done<'_>| effect.axis.is_none() || one.data.block.axis == effect.axis;
         let Some(one) = done.iter().find(concerns) else { continue };
-        let mut others = corrections.to_vec();
-        others.remove(index);
+        let others: Vec<Correction> = corrections
+            .iter()
+            .enumerate()
+            .filter(|(at, other)| *at != index && !is_same(other))
+            .map(|(_, other)| other.clone())
+            .collect();
         let without = errors(&applied(stated, &others), one, &one.fit.shapes())?;
         let with = &one.fit.path[one.fit.chosen].metrics;
         let (held_out_before, held_out_after) = (without[0].value(), with[0].value());

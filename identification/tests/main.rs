@@ -37,3 +37,4 @@ mod timing;
 mod turns;
 mod two_wheels;
 mod units;
+mod zero;

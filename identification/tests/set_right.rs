@@ -217,3 +217,22 @@ fn axes_that_changed_places_are_told_with_their_unit_sign_and_delay() {
     let errors = std::iter::once(&finding.held_out).chain(&finding.held_out_also);
     assert!(errors.clone().all(|error| error.after < 0.012), "{:?}", errors.collect::<Vec<_>>());
 }
+
+/// A reference that was put on the wrong way round, and not quite.
+#[test]
+fn a_reference_is_mounted_once() {
+    let mut wrong = robot(0.0, 0.0);
+    change(&mut wrong, "heading", |value| value + std::f64::consts::PI + 0.03);
+    let identified = found(&wrong);
+    let told: Vec<&Effect> = identified
+        .finding
+        .effects
+        .iter()
+        .filter(|effect| effect.name == "reference_heading_offset")
+        .collect();
+    assert_eq!(told.len(), 1, "{told:?}");
+    let offset = &told[0].parameters[0];
+    let degrees = offset.value.rem_euclid(360.0);
+    assert!((degrees - 180.0 - 0.03_f64.to_degrees()).abs() < 0.3, "{offset:?}");
+    assert!(offset.standard_error.is_some());
+}

@@ -100,6 +100,20 @@ impl Correction {
         }
     }
 
+    /// Whether both are parts of one angle.
+    pub(crate) fn is_part_of(&self, other: &Self) -> bool {
+        self.fault == Fault::HeadingOffset
+            && (self.fault, &self.field) == (other.fault, &other.field)
+    }
+
+    /// Both angles as one.
+    pub(crate) fn joined(self, other: &Self) -> Self {
+        let error = |one: &Self| one.standard_error.map_or(0.0, |error| error * one.unit.si());
+        let error = error(&self).hypot(error(other)) / self.unit.si();
+        let value = wrap(self.si() + other.si()) / self.unit.si();
+        Self { value, standard_error: (error > 0.0).then_some(error), ..self }
+    }
+
     /// Whether it is an error of what is measured, or of how it is stated: an effect. The noise of a reference is not one.
     pub fn is_effect(&self) -> bool {
         self.fault != Fault::ReferenceNoise

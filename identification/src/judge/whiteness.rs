@@ -131,7 +131,9 @@ impl Whiteness {
 
     /// The result in words.
     pub(crate) fn notice(&self, data: Data<'_>, quantities: usize) -> String {
-        let (label, level) = (&data.block.label, 100.0 * WHITENESS_LEVEL);
+        // Each quantity has its share of the level.
+        let level = (1e5 * WHITENESS_LEVEL / quantities.max(1) as f64).round() / 1e3;
+        let label = &data.block.label;
         let is = if self.is_white(quantities) { "is white" } else { "is not white" };
         format!(
             "what is left of `{label}`, less the memory of its noise, {is} at the level of {level} % ({}, \

@@ -2,7 +2,7 @@
 
 use super::phrases::plain;
 use super::sentence::causes;
-use crate::dataset::Kind;
+use crate::dataset::{Dimension, Kind, Unit};
 use crate::finding::{Finding, HeldOut, Parameter, SetAside, Verdict, in_unit};
 use crate::units::short;
 
@@ -100,7 +100,12 @@ impl Finding {
 
     /// How far the error of readings is above the noise.
     fn above_noise(&self) -> Option<String> {
-        let is_alone = matches!(self.kind, Kind::Series | Kind::Sensor);
+        // Of single rows: the error of a heading adds up since the one before.
+        let is_rate = || {
+            let unit = Unit::parse(&self.held_out.unit);
+            unit.is_some_and(|unit| unit.dimension() == Dimension::AngularRate)
+        };
+        let is_alone = self.kind == Kind::Sensor || self.kind == Kind::Series && is_rate();
         // Beside steps that are coarser than the noise, the noise is not what errors are measured by.
         let is_rounded = self.effects.iter().any(|effect| effect.term == "quantisation");
         let is_alone = is_alone && !is_rounded;

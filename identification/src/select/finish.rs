@@ -10,6 +10,7 @@ use super::state::State;
 use crate::fit::{Data, Found, RivalFound, combine, robust_fit};
 use crate::judge::{Metric, margin};
 use crate::model::{Driver, Form};
+use crate::problem::Aggregate;
 use crate::robust;
 use crate::significance::surprise_chi2;
 
@@ -147,11 +148,17 @@ fn as_good(
 }
 
 /// Standard deviation of the white part of the residual: for rows, from consecutive differences, in which slow noise
-/// cancels.
+/// cancels. A reading that is held over several rows is new in the first of them.
 fn white_part(data: Data<'_>, left: &[f64]) -> f64 {
-    let run = &data.layout.run;
-    let steps: Vec<f64> = (1..left.len())
-        .filter(|&i| run[i] == run[i - 1] && left[i] != 0.0 && left[i - 1] != 0.0)
+    let (run, raw) = (&data.layout.run, &data.block.raw);
+    let is_row = data.block.aggregate == Aggregate::Row && raw.len() == left.len();
+    let is_new = |i: &usize| !is_row || raw[*i] != raw[*i - 1];
+    let follows = |i: &usize| run[*i] == run[*i - 1] && left[*i] != 0.0 && left[*i - 1] != 0.0;
+    let all: Vec<usize> = (1..left.len()).filter(follows).collect();
+    let new: Vec<usize> = all.iter().copied().filter(is_new).collect();
+    let is_held = 2 * new.len() < all.len();
+    let steps: Vec<f64> = if is_held { new } else { all }
+        .into_iter()
         .map(|i| (left[i] - left[i - 1]) * std::f64::consts::FRAC_1_SQRT_2)
         .collect();
     if data.layout.is_level() { robust::spread(left) } else { robust::spread(&steps) }

@@ -134,11 +134,16 @@ impl<'a> Scene<'a> {
     }
 
     /// Standard deviation of the innovation of a reading: white noise plus what coloured noise added since the previous
-    /// reading. Readings cannot separate the white part from a colour as short as their interval. For levels, that of
-    /// the white noise.
+    /// reading. Readings cannot separate the white part from a colour as short as their interval, nor that of a level from
+    /// what it walks meanwhile. For poses, that of the white noise.
     pub fn floor(&self, noise: &NoiseModel) -> f64 {
-        if self.data.layout.is_level() {
+        if self.data.block.pose.is_some() {
             return self.scale * noise.white.sqrt();
+        }
+        if self.data.layout.is_level() {
+            // Nothing is known of the first level of a stretch.
+            let weights = self.whitener.weights().iter().filter(|weight| **weight > 0.0);
+            return self.scale / robust::median(weights.copied().collect());
         }
         let weights = self.whitener.weights().iter().filter(|weight| **weight > 0.0);
         let (sum, count) = weights.fold((0.0, 0.0), |(s, n), w| (s + w.powi(-2), n + 1.0));

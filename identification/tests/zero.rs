@@ -1,0 +1,102 @@
+//! What a finding must not depend on or claim: where somebody put the zero of an angle, a scale that a reference does not tell,
+//! a limit that no reading reaches, noise of readings that are held.
+
+use identification::dataset::{Axis, Column, Dataset, Kind, Role, Unit};
+use identification::finding::Finding;
+use identification::identify::{Options, identify};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+fn found(dataset: &Dataset) -> Finding {
+    identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
+}
+
+fn normals(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    move || StandardNormal.sample(&mut random)
+}
+
+/// A record of what reads `reads` beside `truth`, every 20 ms.
+fn record(kind: Kind, unit: Unit, truth: Vec<f64>, reads: Vec<f64>) -> Dataset {
+    let [measured, reference] = match kind {
+        Kind::Series => [Role::GyroRate, Role::ReferenceRate],
+        _ => [Role::Measured, Role::Reference],
+    };
+    let rows = truth.len();
+    let time = (0..rows).map(|row| 0.02 * row as f64).collect();
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, time),
+        Column::new("reads", measured, unit, reads),
+        Column::new("truth", reference, unit, truth),
+    ];
+    Dataset::new("record", kind, columns, vec![0; rows])
+}
+
+/// A gyro that is read four times as fast as it measures.
+#[test]
+fn readings_that_are_held_do_not_hide_their_noise() {
+    let mut normal = normals(16);
+    let (mut truth, mut reads) = (Vec::new(), Vec::new());
+    let mut held = 0.0;
+    for row in 0..6000 {
+        let t = 0.02 * f64::from(row);
+        let rate = 30.0 * (t / 3.0).sin() + 12.0 * (t / 7.7).cos();
+        if row % 4 == 0 {
+            held = rate + 0.002 * rate * rate.abs() + 0.5 * normal();
+        }
+        truth.push(rate);
+        reads.push(held);
+    }
+    let floor = found(&record(Kind::Series, Unit::DegreePerSecond, truth, reads)).noise_floor.value;
+    assert!((0.3..1.0).contains(&floor), "{floor}");
+}
+
+/// The level of a test that each of three axes takes is a third of that of all.
+#[test]
+fn the_level_that_is_told_is_the_one_that_was_used() {
+    let mut normal = normals(17);
+    let (mut truth, mut reads) = (Vec::new(), Vec::new());
+    for row in 0..1500 {
+        let rate = 20.0 * (f64::from(row) / 60.0).sin();
+        truth.push(rate);
+        reads.push(rate + 0.2 * normal());
+    }
+    let mut data = record(Kind::Series, Unit::DegreePerSecond, truth, reads);
+    data.columns[1].axis = Some(Axis::X);
+    for (axis, name) in [(Axis::Y, "y"), (Axis::Z, "z")] {
+        let values = data.columns[2].values.iter().map(|rate| rate + 0.2 * normal()).collect();
+        let column = Column::new(name, Role::GyroRate, Unit::DegreePerSecond, values);
+        data.columns.push(Column { axis: Some(axis), ..column });
+    }
+    let notices = found(&data).notices;
+    let white = notices.iter().filter(|said| said.contains("is white at the level of 0.333 %"));
+    assert_eq!(white.count(), 3, "{notices:?}");
+}
+
+/// A course over ground that is as wrong from one reading to the next as it wanders: no part of it is white noise of a reading.
+#[test]
+fn the_noise_of_a_heading_is_what_is_new_in_it() {
+    let mut normal = normals(19);
+    let (mut time, mut rates, mut course) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut heading, mut wander) = (0.0, 0.0);
+    for row in 0..1500 {
+        let t = 0.2 * f64::from(row);
+        let rate = 0.2 * (t / 7.0).sin() + 0.1 * (t / 2.3).cos();
+        let before = rates.last().copied().unwrap_or(rate);
+        heading += 0.1 * (rate + before);
+        wander += 0.003 * normal();
+        time.push(t);
+        rates.push(rate);
+        course.push(heading + wander);
+    }
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, time),
+        Column::new("yaw", Role::GyroRate, Unit::RadianPerSecond, rates),
+        Column::new("course", Role::ReferenceHeading, Unit::Radian, course),
+    ];
+    let finding = found(&Dataset::new("car", Kind::Series, columns, vec![0; 1500]));
+    let floor = finding.noise_floor.value;
+    assert!((0.0015..0.006).contains(&floor), "{floor}");
+    let said = finding.in_words();
+    assert!(!said.iter().any(|one| one.contains("times the noise")), "{said:?}");
+}
