@@ -13,6 +13,7 @@ use crate::outcome::{self, BlockDiagnostics, Diagnostics, OffsetOfRuns};
 use crate::problem::{Aggregate, Problem};
 use crate::select::Contender;
 use crate::units::short;
+use crate::untold::of_blind;
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -77,7 +78,8 @@ pub(crate) fn assemble(
     let main = &done[main_block(done)];
     let terms: Vec<Term> = done.iter().flat_map(terms).collect();
     let of_plain = |one: &Done<'_>| -> Vec<Term> {
-        one.plain.iter().map(|found| outcome::term(one.data, found)).collect()
+        let all = of_blind(one.data.block).into_iter().chain(one.plain.iter().cloned());
+        all.map(|found| outcome::term(one.data, &found)).collect()
     };
     let drivers = terms.iter().flat_map(|term| &term.drivers);
     let field = |driver: &Driver| Some((driver.field.clone(), dataset.named(&driver.field)?.role));
@@ -149,9 +151,9 @@ pub(crate) fn assemble(
 
 /// Terms of the model, with the values to apply.
 fn terms(one: &Done<'_>) -> Vec<Term> {
-    let clipping = one.clipping().map(|(found, _)| found);
-    let all = clipping.iter().chain(&one.fit.applied);
-    all.map(|found| outcome::term(one.data, found)).collect()
+    let fixed = of_blind(one.data.block).into_iter().chain(one.clipping().map(|(found, _)| found));
+    let all = fixed.chain(one.fit.applied.iter().cloned());
+    all.map(|found| outcome::term(one.data, &found)).collect()
 }
 
 /// Parameters of the given model, each by the name of its term, and by its axis if it `is_one_of_several`.
@@ -163,7 +165,7 @@ fn base(one: &Done<'_>, is_one_of_several: bool) -> Vec<Parameter> {
         let numbers = parameters.into_iter().filter(|one| !is_frame(&one.name));
         numbers.map(move |parameter| Parameter { name: name.clone(), ..parameter })
     };
-    one.fit.base.iter().flat_map(of).collect()
+    of_blind(one.data.block).iter().chain(&one.fit.base).flat_map(of).collect()
 }
 
 fn diagnosed(one: &Done<'_>) -> BlockDiagnostics {
@@ -181,7 +183,7 @@ fn by_benefit(set_right: Vec<Effect>, done: &[Done<'_>]) -> Vec<Effect> {
             let after = &one.fit.path[one.fit.chosen].metrics[0];
             let without = &one.without(index)[0];
             let mut effect = outcome::effect(one.data, found, without.value(), after.value());
-            if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
+            if found.shape.acts == Acts::Axis && sees_little(one) && sees_most(found) {
                 effect.name = "wrong_axis".to_owned();
             }
             effects.push(effect);
@@ -303,11 +305,18 @@ fn whiteness(Done { data, fit, .. }: &Done<'_>) -> Option<Whiteness> {
 }
 
 /// Whether the gyro sees less than half of the rotation that it should measure.
-fn sees_little(base: &[Found]) -> bool {
-    base.iter()
+fn sees_little(one: &Done<'_>) -> bool {
+    of_blind(one.data.block)
+        .iter()
+        .chain(&one.fit.base)
         .find(|found| found.shape.acts == Acts::Scale && found.shape.drivers.is_empty())
         .and_then(|found| found.coefficients.first())
         .is_some_and(|(scale, _)| *scale < -0.5)
+}
+
+/// Whether it sees more than half of the rotation about another axis.
+fn sees_most(found: &Found) -> bool {
+    found.coefficients.first().is_some_and(|(share, _)| share.abs() > 0.5)
 }
 
 /// The block of the headline: the one with the strongest effect.

@@ -178,6 +178,12 @@ impl<'a> Done<'a> {
         dataset: &Dataset,
         seed: u64,
     ) -> Result<Option<Compensation>, String> {
+        if self.data.block.is_blind {
+            let label = &self.data.block.label;
+            return Err(format!(
+                "`{label}` has no compensation: it shows nothing of what its reference does"
+            ));
+        }
         let asked = (self.factor, &*self.fit.all());
         let mut found = compensation(dataset, self.data, asked, &self.fit.noise, seed)?;
         let clipped = self.clipped.iter().map(|(clipped, _)| LeftOut {

@@ -13,7 +13,7 @@ use crate::problem::{Block, Known, Problem};
 use crate::select::{Asked, BlockFit, agreed, fewer, is_against};
 use crate::set_right::{set_right, worthwhile};
 use crate::settling::{self, Unsettled};
-use crate::{corrections, outcome, still, unreferenced};
+use crate::{corrections, outcome, still, unreferenced, untold};
 
 pub use crate::assemble::Identified;
 pub use crate::error::IdentifyError;
@@ -146,15 +146,21 @@ fn once(
     // A given model already holds its correction.
     let is_plain = model.is_none();
     let Problem { blocks, channels, .. } = &mut problem;
-    let clipped = blocks.iter_mut().map(|block| {
-        let own = block.own.clone();
-        if is_plain { clip(block, own.as_deref().unwrap_or(channels)) } else { None }
-    });
-    let clipped: Vec<Option<Clipped>> = clipped.collect();
-    let problem = problem;
-    let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices: Vec<String> =
         corrections.iter().filter_map(corrections::Correction::notice).collect();
+    let mut clipped: Vec<Option<Clipped>> = Vec::new();
+    for block in blocks.iter_mut() {
+        let own = block.own.clone();
+        let channels = own.as_deref().unwrap_or(channels);
+        notices.extend(if is_plain {
+            untold::without_scale(block, channels, dataset)
+        } else {
+            None
+        });
+        clipped.push(if is_plain { clip(block, channels) } else { None });
+    }
+    let problem = problem;
+    let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let quantity = |block| {
         let base = base_terms(model, block, &problem)?;
         Ok(Quantity::new(block, problem.channels_of(block), base))

@@ -39,3 +39,4 @@ mod significance;
 mod still;
 pub mod units;
 mod unreferenced;
+mod untold;

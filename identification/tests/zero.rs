@@ -3,12 +3,18 @@
 
 use identification::dataset::{Axis, Column, Dataset, Kind, Role, Unit};
 use identification::finding::Finding;
-use identification::identify::{Options, identify};
+use identification::identify::{Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 fn found(dataset: &Dataset) -> Finding {
     identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
+}
+
+fn names(finding: &Finding) -> Vec<&str> {
+    let mut names: Vec<&str> = finding.effects.iter().map(|one| one.name.as_str()).collect();
+    names.sort_unstable();
+    names
 }
 
 fn normals(seed: u64) -> impl FnMut() -> f64 {
@@ -30,6 +36,54 @@ fn record(kind: Kind, unit: Unit, truth: Vec<f64>, reads: Vec<f64>) -> Dataset {
         Column::new("truth", reference, unit, truth),
     ];
     Dataset::new("record", kind, columns, vec![0; rows])
+}
+
+/// A voltage standard, whose own meter is noisy, beside a meter that drifts.
+#[test]
+fn a_scale_that_the_reference_does_not_tell_is_not_fitted_and_it_is_said() {
+    let mut normal = normals(13);
+    let (mut truth, mut reads) = (Vec::new(), Vec::new());
+    let mut drift = 0.0;
+    for _ in 0..3000 {
+        drift = 0.999 * drift + 0.05 * normal();
+        truth.push(0.3 * normal());
+        reads.push(25.0 + drift + 0.2 * normal());
+    }
+    let data = record(Kind::Sensor, Unit::Volt, truth, reads);
+    let found_here = identify(&data, None, &Options::default(), &mut |_, _| ()).unwrap();
+    let finding = &found_here.finding;
+    let scale = finding.base.iter().find(|one| one.name == "scale_factor").unwrap();
+    assert_eq!((scale.value, scale.standard_error), (-1.0, None));
+    let said = |what: &str| finding.notices.iter().any(|notice| notice.contains(what));
+    assert!(said("`truth` does not tell the scale of `reads`"), "{:?}", finding.notices);
+    // The noise of the reference is not in what is predicted.
+    let error = predict(&data, &found_here.model).unwrap().rmse.after;
+    assert!((error - finding.held_out.after).abs() < 0.2 * error, "{error} {:?}", finding.held_out);
+    // One that shows nothing of what moves is a finding.
+    let mut normal = normals(14);
+    let truth: Vec<f64> = (0..3000).map(|row| 3.0 * (f64::from(row) / 40.0).sin()).collect();
+    let reads = truth.iter().map(|_| 3.0 + 0.5 * normal()).collect();
+    let finding = found(&record(Kind::Sensor, Unit::Volt, truth, reads));
+    let scale = finding.base.iter().find(|one| one.name == "scale_factor").unwrap();
+    assert!((scale.value + 1.0).abs() < 0.05, "{scale:?}");
+}
+
+/// A gyro beside a reference about an axis that it does not turn about: whatever it is a share of, it is no scale, and no limit
+/// stands for one.
+#[test]
+fn a_scale_of_a_gyro_stays_within_its_range() {
+    let mut normal = normals(18);
+    let (mut truth, mut reads) = (Vec::new(), Vec::new());
+    for row in 0..4000 {
+        let rate = 6.0 * (f64::from(row) / 25.0).sin();
+        truth.push(rate);
+        reads.push(-0.12 * rate + 2.0 * (f64::from(row) / 90.0).cos() + 0.3 * normal());
+    }
+    let finding = found(&record(Kind::Series, Unit::DegreePerSecond, truth, reads));
+    let scale = finding.base.iter().find(|one| one.name == "scale_factor").unwrap();
+    assert_eq!((scale.value, scale.standard_error), (-1.0, None));
+    assert!(!names(&finding).contains(&"saturation"), "{:?}", finding.effects);
+    assert!(finding.notices.iter().any(|said| said.contains("no gyro does that")));
 }
 
 /// A gyro that is read four times as fast as it measures.

@@ -12,7 +12,7 @@ const ERRORS_WIDE: [f64; 3] = [0.5, 1.0, 2.0];
 impl Builder<'_> {
     /// Errors of a sensor over the quantity it measures: a curve, a hysteresis, cycles per turn.
     pub(super) fn over_reference(&mut self, on: Acts) {
-        if on != Acts::Bias {
+        if on != Acts::Bias || self.block.is_blind {
             return;
         }
         let Channels { rotation, rotation_name: name, rotation_unit, .. } = self.channels;

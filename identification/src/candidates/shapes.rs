@@ -19,7 +19,7 @@ const DIFFERENT_MIN: usize = 5;
 
 /// Drivers of smooth functions. Time is excluded: warm-up, ageing and jumps have their own forms, and any other
 /// function of time only states when the run was made.
-fn drivers(channels: &Channels) -> Vec<Driver> {
+fn drivers(block: &Block, channels: &Channels) -> Vec<Driver> {
     let mut found = Vec::new();
     for channel in &channels.channels {
         match channel.role {
@@ -38,7 +38,7 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
             }
         }
     }
-    if !channels.rotation.is_empty() {
+    if !channels.rotation.is_empty() && !block.is_blind {
         found.push(Driver::plain(&channels.rotation_name));
     }
     found
@@ -67,7 +67,7 @@ fn word(driver: &Driver) -> String {
 /// Every smooth function of one driver.
 pub fn smooth(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let mut found = Vec::new();
-    for driver in drivers(channels) {
+    for driver in drivers(block, channels) {
         let Some(values) = see(channels, &driver, &Vec::new()) else {
             continue;
         };
@@ -123,7 +123,7 @@ pub fn narrow_on(channels: &Channels, on: Acts, driver: &Driver) -> Vec<Candidat
 
 /// Every product of two channels, each with its own zero: the simplest function of both.
 pub fn products(block: &Block, channels: &Channels) -> Vec<Candidate> {
-    let plain: Vec<(Driver, f64)> = drivers(channels)
+    let plain: Vec<(Driver, f64)> = drivers(block, channels)
         .into_iter()
         .filter(|driver| driver.wrap == Wrap::Plain && driver.field != channels.rotation_name)
         .filter_map(|driver| {
@@ -149,7 +149,7 @@ pub fn products(block: &Block, channels: &Channels) -> Vec<Candidate> {
 
 /// Every function of two drivers.
 pub fn pairs(block: &Block, channels: &Channels) -> Vec<Candidate> {
-    let drivers: Vec<(Driver, Vec<f64>)> = drivers(channels)
+    let drivers: Vec<(Driver, Vec<f64>)> = drivers(block, channels)
         .into_iter()
         .filter_map(|driver| {
             let values = see(channels, &driver, &Vec::new())?;

@@ -143,6 +143,8 @@ pub struct Block {
     pub exposures: Vec<Exposure>,
     /// Constants that the plain model fits.
     pub constants: Vec<Constant>,
+    /// Whether the readings show nothing of what their reference does: the residual then is all that they say.
+    pub is_blind: bool,
     /// Unit of the residual.
     pub unit: DisplayUnit,
     /// Random walk that each row adds, in units of activity (seconds, or metres driven); `None` if rows are
@@ -242,6 +244,7 @@ impl Block {
             spread: Vec::new(),
             exposures: Vec::new(),
             constants: Vec::new(),
+            is_blind: false,
             unit,
             activity: None,
             pose: None,
