@@ -112,7 +112,7 @@ pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
     let mut shape =
         Shape::new("saturation", Acts::Saturation, Driver::rotation(channels), Form::Saturation)
             .with("limit", upper);
-    if lower != -upper {
+    if lower != -upper || high.is_none() {
         shape.set("lower_limit", lower);
     }
     let before = block.clone();

@@ -3,7 +3,7 @@
 use crate::clipping::Clipped;
 use crate::compensation::compensation;
 use crate::dataset::Dataset;
-use crate::finding::{Compensation, Effect, LeftOut};
+use crate::finding::{Compensation, Effect, LeftOut, Parameter};
 use crate::fit::{Data, Found, Memory, fit_terms};
 use crate::judge::{Holding, Judge, Metric, margin};
 use crate::model::{Acts, Shape};
@@ -142,7 +142,11 @@ impl<'a> Done<'a> {
             rivals: Vec::new(),
         };
         let after = &self.fit.path[self.fit.chosen].metrics[0];
-        let effect = outcome::effect(self.data, &found, without[0].value(), after.value());
+        let mut effect = outcome::effect(self.data, &found, without[0].value(), after.value());
+        // The model needs both ends; where no reading stands at one, nothing is known of it.
+        let is_known =
+            |one: &Parameter| !one.name.ends_with("limit") || one.standard_error.is_some();
+        effect.parameters.retain(is_known);
         Some((found, effect))
     }
 

@@ -86,6 +86,23 @@ fn a_scale_of_a_gyro_stays_within_its_range() {
     assert!(finding.notices.iter().any(|said| said.contains("no gyro does that")));
 }
 
+/// What a gyro is compared with goes beyond one end of its range, and not beyond the other.
+#[test]
+fn an_end_of_the_range_that_no_reading_shows_is_not_told() {
+    let mut normal = normals(15);
+    let (mut truth, mut reads) = (Vec::new(), Vec::new());
+    for row in 0..4000 {
+        let row = f64::from(row);
+        let rate = -9.0 + 14.0 * (row / 31.0).sin() + 6.0 * (row / 83.0).cos();
+        truth.push(rate);
+        reads.push(f64::max(rate + 0.1 + 0.05 * normal(), -15.0));
+    }
+    let finding = found(&record(Kind::Series, Unit::DegreePerSecond, truth, reads));
+    let clipped = finding.effects.iter().find(|one| one.name == "saturation").unwrap();
+    let limits: Vec<&str> = clipped.parameters.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(limits, ["gain", "lower_limit"], "{:?}", clipped.parameters);
+}
+
 /// A gyro that is read four times as fast as it measures.
 #[test]
 fn readings_that_are_held_do_not_hide_their_noise() {

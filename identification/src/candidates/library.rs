@@ -282,20 +282,24 @@ impl<'a> Builder<'a> {
 
     /// Rate errors beyond a bias and a scale factor.
     fn rate_errors(&mut self) {
-        let Channels { rotation, rotation_name, time_name, .. } = self.channels;
-        let largest = rotation.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        if !(largest > 0.0) {
+        let Channels { rotation, rotation_name, rotation_unit, time_name, .. } = self.channels;
+        // What goes with a rotation that says nothing of the readings would only stand for their scale.
+        if self.block.exposure(Acts::Scale).is_none() || !rotation.iter().any(|rate| *rate != 0.0) {
             return;
         }
         let driver = (Wrap::Plain, rotation_name.as_str());
-        for width in self.dead_widths() {
-            self.add("dead_zone", Acts::DeadZone, driver, Form::DeadZone, &[("width", width)]);
+        // Nothing happens at a zero that somebody chose, nor as far from it one way as the other.
+        if rotation_unit.dimension().has_own_zero() {
+            for width in self.dead_widths() {
+                self.add("dead_zone", Acts::DeadZone, driver, Form::DeadZone, &[("width", width)]);
+            }
+            let largest = self.largest();
+            for share in [0.95, 0.9, 0.8, 0.65, 0.5] {
+                let limit = [("limit", share * largest)];
+                self.add("saturation", Acts::Saturation, driver, Form::Saturation, &limit);
+            }
         }
-        for share in [0.95, 0.9, 0.8, 0.65, 0.5] {
-            let limit = [("limit", share * largest)];
-            self.add("saturation", Acts::Saturation, driver, Form::Saturation, &limit);
-        }
-        if self.block.exposure(Acts::Scale).is_none() || !self.channels.sampled {
+        if !self.channels.sampled {
             return;
         }
         let interval = self.channels.interval();
@@ -320,6 +324,18 @@ impl<'a> Builder<'a> {
             let time = (Wrap::Plain, time_name.as_str());
             self.add("sample_clock", Acts::Clock, time, Form::Delay, &numbers);
         }
+    }
+
+    /// Largest rotation, and no more than the readings show: a limit beyond all of them is none.
+    fn largest(&self) -> f64 {
+        let Channels { rotation, gain, sampled, .. } = self.channels;
+        let most = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, |a: f64, b| a.max(b.abs()));
+        let largest = most(&mut rotation.iter().copied());
+        if self.block.aggregate != Aggregate::Row || !sampled {
+            return largest;
+        }
+        let count = self.block.raw.len();
+        largest.min(most(&mut (0..count).map(|i| self.block.measured(i) / gain)))
     }
 
     /// Widths of a dead zone: between rates that occur, by rank.

@@ -52,6 +52,14 @@ pub enum Dimension {
     Number,
 }
 
+impl Dimension {
+    /// Whether its zero is where nothing is, and not where somebody put it: that of an angle, a position, a temperature in
+    /// degrees Celsius or a time is a matter of choice.
+    pub const fn has_own_zero(self) -> bool {
+        !matches!(self, Self::Angle | Self::Length | Self::Temperature | Self::Time)
+    }
+}
+
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 units! {

@@ -252,7 +252,9 @@ fn remains(state: &State<'_>) -> Remains {
     if !channels.rotation.is_empty() && data.block.exposure(Acts::Bias).is_none()
         || data.block.exposure(Acts::Scale).is_some()
     {
-        inputs.push((&channels.rotation_name, of_rows(&channels.rotation)));
+        if channels.rotation_unit.dimension().has_own_zero() {
+            inputs.push((&channels.rotation_name, of_rows(&channels.rotation)));
+        }
         let slope = channels.smooth(&channels.rotation).slope;
         inputs.push((&rate, of_rows(&slope)));
     }
