@@ -38,6 +38,27 @@ fn record(kind: Kind, unit: Unit, truth: Vec<f64>, reads: Vec<f64>) -> Dataset {
     Dataset::new("record", kind, columns, vec![0; rows])
 }
 
+/// An axis that moves once: what is late then may be a delay, or a clock that has gone wrong until then.
+#[test]
+fn of_a_delay_and_a_clock_that_explain_as_much_the_delay_is_told() {
+    for loud in [0.0, 0.3] {
+        let angle = |t: f64| 30.0 * ((t - 30.0) / 1.5).tanh();
+        let mut normal = normals(12);
+        let (mut truth, mut reads) = (Vec::new(), Vec::new());
+        for row in 0..3000 {
+            let t = 0.02 * f64::from(row);
+            let speed = 1.0 - ((t - 30.0) / 1.5).tanh().powi(2);
+            truth.push(angle(t));
+            reads.push(angle(t - 0.05) + (0.3 + loud * speed) * normal());
+        }
+        let finding = found(&record(Kind::Sensor, Unit::Degree, truth, reads));
+        let effect = &finding.effects[0];
+        assert_eq!((&*effect.name, finding.effects.len()), ("delay", 1), "{:?}", finding.effects);
+        let rivals: Vec<&str> = effect.rivals.iter().map(|one| one.name.as_str()).collect();
+        assert!(rivals.contains(&"sample_clock"), "{loud}: {rivals:?}");
+    }
+}
+
 /// A voltage standard, whose own meter is noisy, beside a meter that drifts.
 #[test]
 fn a_scale_that_the_reference_does_not_tell_is_not_fitted_and_it_is_said() {

@@ -1,9 +1,11 @@
 //! By how much a model lowers the errors on held-out runs, and which of several models to prefer.
 
+use super::choose::simplicity;
 use super::state::State;
 use crate::judge::{Metric, margin};
 
-/// The model with the lowest error, or a simpler one that is as good beyond the uncertainty of their difference.
+/// The model with the lowest error, or a simpler or a more usual one that is as good beyond the uncertainty of their
+/// difference.
 pub(super) fn best_of<'s>(
     judged: Vec<(State<'s>, Vec<Metric>)>,
     before: &[Metric],
@@ -19,11 +21,13 @@ pub(super) fn best_of<'s>(
             more <= 0.0 || (error.is_finite() && more <= error)
         })
     };
+    let usual = |state: &State<'_>| state.terms.last().map_or(0.0, simplicity);
     let chosen = (0..judged.len())
         .filter(as_good)
         .min_by(|a, b| {
-            let key = |index: &usize| numbers(&judged[*index].0);
-            key(a).cmp(&key(b)).then(falls[*b].total_cmp(&falls[*a]))
+            let [one, other] = [a, b].map(|index| &judged[*index].0);
+            let usual = || usual(other).total_cmp(&usual(one));
+            numbers(one).cmp(&numbers(other)).then_with(usual).then(falls[*b].total_cmp(&falls[*a]))
         })
         .unwrap_or(most);
     judged.into_iter().nth(chosen)

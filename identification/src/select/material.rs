@@ -43,9 +43,10 @@ const MUCH_BETTER: f64 = 1.5;
 /// Number of classes.
 const CLASSES: usize = 3;
 
-/// Class of a shape: what a user would try first goes first.
+/// Class of a shape: what a user would try first goes first. A clock that goes wrong within a record is rarer than a delay.
 fn class(shape: &Shape) -> usize {
-    let is_alignment = matches!(shape.form, Form::Delay) || shape.acts == crate::model::Acts::Axis;
+    let is_late = matches!(shape.form, Form::Delay) && shape.acts != crate::model::Acts::Clock;
+    let is_alignment = is_late || shape.acts == crate::model::Acts::Axis;
     if shape.drivers.is_empty() || is_alignment {
         0
     } else if shape.known {
