@@ -6,6 +6,7 @@ use identification::finding::Finding;
 use identification::identify::{Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::TAU;
 
 fn found(dataset: &Dataset) -> Finding {
     identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
@@ -36,6 +37,34 @@ fn record(kind: Kind, unit: Unit, truth: Vec<f64>, reads: Vec<f64>) -> Dataset {
         Column::new("truth", reference, unit, truth),
     ];
     Dataset::new("record", kind, columns, vec![0; rows])
+}
+
+/// A resolver on an axis that goes there and back, late, with cycles, and louder where it is fast; its zero and that of its
+/// reference are turned by `shift`.
+fn resolver(shift: f64) -> Dataset {
+    let angle = |t: f64| 180.0 - 178.0 * (TAU * t / 19.0).cos();
+    let mut normal = normals(11);
+    let (mut truth, mut reads) = (Vec::new(), Vec::new());
+    for row in 0..4000 {
+        let t = 0.02 * f64::from(row);
+        let (now, seen) = (angle(t), angle(t - 0.034));
+        let cycles =
+            0.45 * (seen.to_radians() + 0.3).cos() + 0.48 * (2.0 * seen.to_radians()).sin();
+        let fast = (TAU * t / 19.0).sin().abs();
+        truth.push(now + shift);
+        reads.push(seen + shift + cycles + (0.01 + 0.06 * fast) * normal());
+    }
+    record(Kind::Sensor, Unit::Degree, truth, reads)
+}
+
+/// What a scale factor takes up of a cycle is given back to it.
+#[test]
+fn where_the_zero_of_an_angle_is_changes_nothing() {
+    for shift in [0.0, 90.0, -90.0, 180.0, -360.0] {
+        let finding = found(&resolver(shift));
+        assert_eq!(names(&finding), ["delay", "once_a_turn", "twice_a_turn"], "{shift}");
+        assert!(finding.held_out.after < 0.06, "{shift}: {:?}", finding.held_out);
+    }
 }
 
 /// An axis that moves once: what is late then may be a delay, or a clock that has gone wrong until then.

@@ -5,7 +5,7 @@ use super::found::{Asked, BlockFit, Step, Waypoint};
 use super::jointly::{Joint, Outliers, cross_thresholds};
 use super::material::Material;
 use super::record::Record;
-use super::roughly::is_reportable;
+use super::roughly::unreportable;
 use super::state::{State, is_within_physics, settle};
 use super::wheels::one_wheel;
 use super::{finish, values};
@@ -141,12 +141,19 @@ fn reported(
     }
     let is_noise = remains(&path[path.len() - 1].state).is_noise();
     // A term that was certain, or physical, while the residual counted as noise or beside fewer terms may no longer be.
+    for step in path.iter_mut().skip(1).filter(|_| !is_noise) {
+        let mut state = step.state.clone();
+        while let Some(index) = unreportable(&state, asked.share) {
+            state.remove(index);
+            state = material.fitted(state);
+        }
+        if state.terms.len() < step.state.terms.len() {
+            *step = Step::new(state, judge);
+        }
+    }
+    path.dedup_by(|one, before| are_alike(&one.state.terms, &before.state.terms));
     let mut is_plain = true;
-    path.retain(|step| {
-        let stands =
-            |state| is_within_physics(state) && (is_noise || is_reportable(state, asked.share));
-        std::mem::take(&mut is_plain) || stands(&step.state)
-    });
+    path.retain(|step| std::mem::take(&mut is_plain) || is_within_physics(&step.state));
     let richest = &path[path.len() - 1].state;
     // If the residual is noise, the innovation of each reading is the most informative.
     let innovations: Vec<Metric> = path

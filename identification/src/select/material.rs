@@ -4,7 +4,7 @@
 use super::found::{Asked, Step};
 use super::gain::{best_of, fall, matters};
 use super::record::Record;
-use super::roughly::{doubtful, is_sure};
+use super::roughly::doubtful;
 use super::state::{State, is_sound};
 use super::wheels::one_wheel;
 use crate::candidates::Candidate;
@@ -18,7 +18,7 @@ use std::cell::OnceCell;
 
 /// Maximum number of observations on which candidates are compared.
 const SAMPLE: usize = 6000;
-/// Number of candidates in a class judged on held-out runs.
+/// Number of shapes, and of cycles of an angle, in a class judged on held-out runs.
 const JUDGED: usize = 5;
 /// Minimum share of the residual that a candidate must explain to be judged.
 const SHARE_MIN: f64 = 0.002;
@@ -180,15 +180,17 @@ impl<'a> Material<'a> {
             shape: sample.refined(&candidate.shape),
             family: candidate.family,
         };
-        let mut labels: Vec<(String, usize)> = Vec::new();
+        let mut labels: Vec<(String, (usize, bool))> = Vec::new();
         let mut found = Vec::new();
         for (_, candidate) in scored {
-            let (label, class) = (candidate.shape.label(), class(&candidate.shape));
+            let shape = &candidate.shape;
+            // Over an angle, cycles and shapes explain much the same: neither takes the other's place.
+            let (label, kind) = (shape.label(), (class(shape), shape.form == Form::Harmonic));
             let known = labels.iter().any(|(known, _)| *known == label);
-            if known || labels.iter().filter(|(_, its)| *its == class).count() == JUDGED {
+            if known || labels.iter().filter(|(_, its)| *its == kind).count() == JUDGED {
                 continue;
             }
-            labels.push((label, class));
+            labels.push((label, kind));
             found.push(refined(candidate));
         }
         found
@@ -222,7 +224,7 @@ impl<'a> Material<'a> {
     }
 
     /// `state` with `candidate` and the lower orders it lacks, all numbers at their best; `None` if the result is
-    /// unphysical, balances another term or contains one that could be zero.
+    /// unphysical, balances another term or could be zero.
     fn with<'s>(&self, state: &State<'s>, candidate: &Candidate) -> Option<State<'s>> {
         let mut tried = state.clone();
         // An unnamed shape finds its own zero.
@@ -240,8 +242,17 @@ impl<'a> Material<'a> {
                 break;
             }
         }
-        let tried = self.fitted(tried);
-        (is_sound(&tried, state.terms.len()) && is_sure(&tried)).then_some(tried)
+        let (mut tried, mut first) = (self.fitted(tried), state.terms.len());
+        // What could be zero beside the new terms only stood for them.
+        while let Some(index) = doubtful(&tried) {
+            if index >= first {
+                return None;
+            }
+            tried.remove(index);
+            first -= 1;
+            tried = self.fitted(tried);
+        }
+        is_sound(&tried, first).then_some(tried)
     }
 }
 

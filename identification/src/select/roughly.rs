@@ -134,20 +134,18 @@ pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
     Some(unsure.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
-/// Whether no added term is doubtful.
-pub(super) fn is_sure(state: &State<'_>) -> bool {
-    doubtful(state).is_none()
-}
-
-/// Whether every added term may be reported, at a block's `share` of the risk of a false constant.
-pub(super) fn is_reportable(state: &State<'_>, share: f64) -> bool {
+/// The least certain of the added terms that may not be reported, at a block's `share` of the risk of a false constant.
+pub(super) fn unreportable(state: &State<'_>, share: f64) -> Option<usize> {
     let (constants, functions): (Vec<_>, Vec<_>) =
         by_themselves(state).into_iter().partition(|(index, _)| is_constant(state, *index));
     let candidates = state.record.candidates().iter().map(|seen| &seen.candidate.shape);
     let tried = candidates.filter(|shape| shape.drivers.is_empty()).count();
-    let toll = |index: usize| state.families[index - state.base].toll(None);
-    functions.into_iter().all(|(index, has)| has >= toll(index) - DOUBTFUL.ln())
-        && are_certain(constants.into_iter().map(|one| one.1).collect(), tried, share)
+    let needed = |index: usize| state.families[index - state.base].toll(None) - DOUBTFUL.ln();
+    let strengths = constants.iter().map(|one| one.1).collect();
+    let unsure = if are_certain(strengths, tried, share) { Vec::new() } else { constants };
+    let unsure =
+        unsure.into_iter().chain(functions.into_iter().filter(|(i, has)| *has < needed(*i)));
+    Some(unsure.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
 /// Whether constants of these strengths are certain among so many that were `tried`, at a `share` of the risk (Holm 1979: the

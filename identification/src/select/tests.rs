@@ -5,9 +5,9 @@ use super::choose::{Contender, plainest_first};
 use super::found::Asked;
 use super::jointly::{Joint, Outliers};
 use super::record::Record;
-use super::roughly::{doubtful, estimates, is_reportable};
+use super::roughly::{doubtful, estimates, unreportable};
 use super::scene::Score;
-use super::state::{BESIDE_COLOUR, State};
+use super::state::{BESIDE_COLOUR, State, is_within_physics};
 use super::{finish, values};
 use crate::candidates::{Candidate, Family};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
@@ -207,7 +207,11 @@ fn a_constant_is_reported_against_all_that_the_model_could_have() {
             let shapes = state.record.candidates().iter().map(|seen| &seen.candidate.shape);
             let tried = shapes.filter(|shape| shape.drivers.is_empty()).count() as f64;
             let strength = estimates(&state).terms[0].strength;
-            assert_eq!(is_reportable(&state, 1.0), strength >= (20.0 * tried).ln(), "{strength}");
+            assert_eq!(
+                unreportable(&state, 1.0).is_none(),
+                strength >= (20.0 * tried).ln(),
+                "{strength}"
+            );
             between += usize::from((20_f64.ln()..(20.0 * tried).ln()).contains(&strength));
         });
     }
