@@ -319,3 +319,36 @@ fn a_named_cause_goes_before_a_shape_and_nothing_before_the_likelier_cause() {
     assert_eq!(order(likelier(90.0)), ["cause", "constant"]);
     assert_eq!(order(likelier(98.0)), ["constant", "cause"]);
 }
+
+/// What a low-pass takes too much, a delay that leads gives back: together they say how a signal is smoothed both ways, which
+/// no sensor does.
+#[test]
+fn beside_a_low_pass_nothing_leads() {
+    let tone = |row: f64| 9.0 * (0.11 * row).sin() + 7.0 * (0.19 * row + 1.0).sin();
+    let rates: Vec<f64> = (0..RUNS * ROWS).map(|row| tone(row as f64)).collect();
+    let late = |wrap, name: &str, number: f64| {
+        let driver = Driver::new(wrap, "reference");
+        let shape = Shape::new("late", Acts::Delay, driver, Form::Delay).with(name, number);
+        Candidate { shape, family: Family::Library }
+    };
+    let low_pass = late(Wrap::LagOf, "time_constant", 1.5);
+    for (delay, stands) in [(0.6, true), (-0.6, false)] {
+        let delayed = late(Wrap::Plain, "delay", delay);
+        let on_time = turning(&rates, &vec![0.0; rates.len()], &[]);
+        let both = with_state(&on_time, None, |state, _| {
+            [(&low_pass, 1.5), (&delayed, delay)].map(|(one, number)| {
+                let column = state.data.columns(&one.shape).swap_remove(0);
+                column.into_iter().map(|value| (number * value).to_degrees()).collect::<Vec<f64>>()
+            })
+        });
+        let noise = draws(3);
+        let error: Vec<f64> =
+            (0..noise.len()).map(|i| both[0][i] + both[1][i] + NOISE * noise[i]).collect();
+        with_state(&turning(&rates, &error, &[]), None, |mut state, _| {
+            state.add(low_pass.clone());
+            assert!(is_within_physics(&state), "{delay}");
+            state.add(delayed.clone());
+            assert_eq!(is_within_physics(&state), stands, "{delay}");
+        });
+    }
+}

@@ -3,7 +3,7 @@
 use super::State;
 use crate::fit::White;
 use crate::linear::{Solution, solve};
-use crate::model::{Form, is_physical};
+use crate::model::{Acts, Form, Shape, Wrap, is_delay, is_physical};
 
 /// Correlation above which estimates balance one another: one of them is enough.
 const CORRELATION_MAX: f64 = 0.98;
@@ -73,17 +73,30 @@ pub fn settle(state: &mut State<'_>) -> bool {
     has_changed
 }
 
+/// Whether one of `terms` is a lag of what is measured.
+fn lags(terms: &[Shape]) -> bool {
+    let is_lag = |term: &Shape| {
+        term.acts == Acts::Delay && term.drivers.iter().any(|driver| driver.wrap == Wrap::LagOf)
+    };
+    terms.iter().any(is_lag)
+}
+
 /// The fit, and the term of each of its coefficients; `None` if one is unphysical.
 fn fitted(state: &State<'_>) -> Option<(Solution, Vec<usize>)> {
     let data = state.data;
     let White { columns, target, .. } = state.whitened();
     let fit = solve(&columns, &target);
     let mut of_term = Vec::new();
+    let lags = lags(&state.terms[state.base..]);
     for (index, (term, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
         of_term.extend(std::iter::repeat_n(index, places.len()));
         let mine = &fit.coefficients[places];
         let per_row = term.per_row(data.channels).unwrap_or_default();
         if index >= state.base && !is_physical(term, data.channels, &per_row, mine) {
+            return None;
+        }
+        // What follows slowly does not come early: a lead gives back what the lag takes too much.
+        if lags && is_delay(term) && mine.iter().any(|delay| *delay < 0.0) {
             return None;
         }
     }
