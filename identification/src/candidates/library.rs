@@ -1,5 +1,6 @@
 //! Named effects (devices of this class, IEEE Std 952 and the odometry of wheeled robots).
 
+use super::cycles::tells_cycles;
 use super::names::{acts, constant, over};
 use super::{Candidate, Family};
 use crate::dataset::{Dimension, Role};
@@ -157,15 +158,18 @@ impl<'a> Builder<'a> {
         if on == Acts::Drive || self.channels.of_sensor {
             return;
         }
-        let once = Wrap::Harmonic(1);
         let is_ground = |one: &Channel| one.name == channel.name;
+        // A turn goes through its headings; elsewhere they are those of the rows.
+        let goes_round = self.channels.turning.is_some();
+        let tells = |order: &u8| goes_round || tells_cycles(*order, &channel.values);
         if self.block.pose.is_some() && self.channels.of(Role::Heading).is_some_and(is_ground) {
-            if on == Acts::Curvature {
-                self.add("ground_slope", on, (once, &channel.name), Form::Harmonic, &[]);
+            if on == Acts::Curvature && tells(&1) {
+                let once = (Wrap::Harmonic(1), channel.name.as_str());
+                self.add("ground_slope", on, once, Form::Harmonic, &[]);
             }
             return;
         }
-        for wrap in [once, Wrap::Harmonic(2)] {
+        for wrap in [1, 2].into_iter().filter(tells).map(Wrap::Harmonic) {
             let name = over(on, channel, wrap, Form::Harmonic);
             self.add(&name, on, (wrap, &channel.name), Form::Harmonic, &[]);
         }

@@ -1,5 +1,6 @@
 //! Candidate shapes that a model might lack, in families, each with its share of the risk of a false alarm.
 
+mod cycles;
 mod library;
 mod names;
 mod reference;

@@ -1,10 +1,12 @@
 //! Errors of a sensor over the quantity that it measures.
 
+use super::cycles::{go_round, tells_cycles};
 use super::library::{Builder, PLAYS, mean};
 use crate::dataset::{Dimension, Role};
 use crate::model::{Acts, Form, Wrap, narrowest_play};
 use crate::problem::Channels;
 use crate::robust;
+use std::f64::consts::TAU;
 
 /// Half widths of a hysteresis of the measured quantity, as multiples of the error.
 const ERRORS_WIDE: [f64; 3] = [0.5, 1.0, 2.0];
@@ -17,12 +19,16 @@ impl Builder<'_> {
         }
         let Channels { rotation, rotation_name: name, rotation_unit, .. } = self.channels;
         let origin = ("origin", mean(rotation));
-        self.add("nonlinearity", on, (Wrap::Plain, name), Form::Quadratic, &[origin]);
-        self.add("nonlinearity_cubic", on, (Wrap::Plain, name), Form::Cubic, &[origin]);
+        let turns = rotation_unit.dimension() == Dimension::Angle;
+        let (low, high) = robust::ends(rotation.iter().copied());
+        let repeats = turns && go_round(rotation) && high - low < 2.0 * TAU;
+        if !repeats {
+            self.add("nonlinearity", on, (Wrap::Plain, name), Form::Quadratic, &[origin]);
+            self.add("nonlinearity_cubic", on, (Wrap::Plain, name), Form::Cubic, &[origin]);
+        }
         self.add("rate_dependence", on, (Wrap::RateOf, name), Form::Linear, &[]);
         // A backlash is as wide as the error that it makes, however far the sensor travels.
         let error = robust::spread(&self.block.residual);
-        let (low, high) = robust::ends(rotation.iter().copied());
         let mut widths: Vec<f64> = ERRORS_WIDE.iter().map(|times| times * error).collect();
         widths.retain(|width| *width > 0.0 && *width < PLAYS[0] * (high - low));
         widths.extend(PLAYS.iter().map(|share| share * (high - low)));
@@ -31,7 +37,6 @@ impl Builder<'_> {
             let numbers = [("half_width", width)];
             self.add("hysteresis", on, (Wrap::BranchOf, name), Form::Linear, &numbers);
         }
-        let turns = rotation_unit.dimension() == Dimension::Angle;
         if !turns {
             for constant in self.time_constants() {
                 let numbers = [origin, ("time_constant", constant)];
@@ -39,9 +44,9 @@ impl Builder<'_> {
             }
         }
         let headings = self.channels.channels.iter().filter(|one| one.role == Role::Heading);
-        let angles = turns.then_some(name).into_iter().chain(headings.map(|one| &one.name));
-        for angle in angles {
-            for order in 1..=Wrap::HARMONICS {
+        let angles = turns.then_some((name, rotation)).into_iter();
+        for (angle, values) in angles.chain(headings.map(|one| (&one.name, &one.values))) {
+            for order in (1..=Wrap::HARMONICS).filter(|order| tells_cycles(*order, values)) {
                 let driver = (Wrap::Harmonic(order), angle.as_str());
                 self.add(&cycles(order), on, driver, Form::Harmonic, &[]);
             }

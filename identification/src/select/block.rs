@@ -2,6 +2,7 @@
 
 use super::choose::Contender;
 use super::found::{Asked, BlockFit, Step, Waypoint};
+use super::gain::fall;
 use super::jointly::{Joint, Outliers, cross_thresholds};
 use super::material::Material;
 use super::record::Record;
@@ -91,7 +92,7 @@ pub fn identify_block(
             }
         }
     }
-    if !remains(&state).is_noise() {
+    if !remains(&state).is_noise() || misleads(&path) {
         return reported(material.path(&base, asked), left, asked, judge, &material);
     }
     // Noise can absorb a sparse cause, as colour or as outliers: the raw residual is searched as well. Slow noise
@@ -103,6 +104,12 @@ pub fn identify_block(
         material.extend(&mut path, judge, asked);
     }
     reported(path, left, asked, judge, &material)
+}
+
+/// Whether runs that took no part are predicted worse with what is certain under the noise than without it: that is not their
+/// noise.
+fn misleads(path: &[Step<'_>]) -> bool {
+    path.last().is_some_and(|last| fall(&path[0].metrics, &last.metrics) < 0.0)
 }
 
 /// Share within which a number of a term is the same. A term that was added and dropped again has moved the others a little.
