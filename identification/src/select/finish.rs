@@ -10,7 +10,6 @@ use super::state::State;
 use crate::fit::{Data, Found, RivalFound, combine, robust_fit};
 use crate::judge::{Metric, margin};
 use crate::model::{Driver, Form};
-use crate::problem::Aggregate;
 use crate::robust;
 use crate::significance::surprise_chi2;
 
@@ -150,16 +149,41 @@ fn as_good(
 /// Standard deviation of the white part of the residual: for rows, from consecutive differences, in which slow noise
 /// cancels. A reading that is held over several rows is new in the first of them.
 fn white_part(data: Data<'_>, left: &[f64]) -> f64 {
+    if data.layout.is_level() {
+        return robust::spread(left);
+    }
     let (run, raw) = (&data.layout.run, &data.block.raw);
-    let is_row = data.block.aggregate == Aggregate::Row && raw.len() == left.len();
-    let is_new = |i: &usize| !is_row || raw[*i] != raw[*i - 1];
     let follows = |i: &usize| run[*i] == run[*i - 1] && left[*i] != 0.0 && left[*i - 1] != 0.0;
-    let all: Vec<usize> = (1..left.len()).filter(follows).collect();
-    let new: Vec<usize> = all.iter().copied().filter(is_new).collect();
-    let is_held = 2 * new.len() < all.len();
-    let steps: Vec<f64> = if is_held { new } else { all }
-        .into_iter()
-        .map(|i| (left[i] - left[i - 1]) * std::f64::consts::FRAC_1_SQRT_2)
-        .collect();
-    if data.layout.is_level() { robust::spread(left) } else { robust::spread(&steps) }
+    let mut rows: Vec<usize> = (1..left.len()).filter(follows).collect();
+    let moves = |i: &usize| raw.get(*i).zip(raw.get(*i - 1)).map_or(1.0, |(now, last)| now - last);
+    if are_held(&rows.iter().map(moves).collect::<Vec<f64>>()) {
+        rows.retain(|i| moves(i) != 0.0);
+    }
+    let step = |i: usize| (left[i] - left[i - 1]) * std::f64::consts::FRAC_1_SQRT_2;
+    robust::spread(&rows.into_iter().map(step).collect::<Vec<f64>>())
+}
+
+/// Whether readings that differ so from the one before are held over several rows: most repeat it, and not because they are
+/// rounded to steps as coarse as that.
+fn are_held(moves: &[f64]) -> bool {
+    let new: Vec<f64> = moves.iter().filter(|by| **by != 0.0).map(|by| by.abs()).collect();
+    let least = new.iter().copied().fold(f64::INFINITY, f64::min);
+    !new.is_empty() && 2 * new.len() < moves.len() && robust::median(new) > 2.0 * least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::are_held;
+
+    #[test]
+    fn rounded_readings_are_not_held() {
+        let moves = |of: fn(f64) -> f64| -> Vec<f64> {
+            (1..400).map(|row| of(f64::from(row)) - of(f64::from(row - 1))).collect()
+        };
+        let smooth = |row: f64| 20.0 * (row / 9.0).sin();
+        assert!(are_held(&moves(|row| 20.0 * ((row / 4.0).floor() / 2.0).sin())));
+        assert!(!are_held(&moves(|row| (20.0 * (row / 90.0).sin()).round())));
+        assert!(!are_held(&moves(smooth)));
+        assert!(!are_held(&[0.0; 10]));
+    }
 }
