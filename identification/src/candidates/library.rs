@@ -292,8 +292,8 @@ impl<'a> Builder<'a> {
             return;
         }
         let driver = (Wrap::Plain, rotation_name.as_str());
-        // Nothing happens at a zero that somebody chose, nor as far from it one way as the other.
-        if rotation_unit.dimension().has_own_zero() {
+        // Nothing happens at a zero that somebody chose, nor as far from it one way as the other. A turn begins at its own.
+        if !self.channels.of_sensor || rotation_unit.dimension().has_own_zero() {
             for width in self.dead_widths() {
                 self.add("dead_zone", Acts::DeadZone, driver, Form::DeadZone, &[("width", width)]);
             }

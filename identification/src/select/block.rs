@@ -92,9 +92,10 @@ pub fn identify_block(
             }
         }
     }
-    if !remains(&state).is_noise() || misleads(&path) {
+    if !remains(&state).is_noise() {
         return reported(material.path(&base, asked), left, asked, judge, &material);
     }
+    let misleads = misleads(&path);
     // Noise can absorb a sparse cause, as colour or as outliers: the raw residual is searched as well. Slow noise
     // continues from run to run and must not help to predict the next run.
     if asked.noise.is_none() && is_swallowing(&state, &path[path.len() - 1].metrics) {
@@ -103,13 +104,24 @@ pub fn identify_block(
         material.look_again(&mut path, judge);
         material.extend(&mut path, judge, asked);
     }
+    if misleads {
+        let raw = material.path(&base, asked);
+        if falls_to(&raw) > falls_to(&path) {
+            path = raw;
+        }
+    }
     reported(path, left, asked, judge, &material)
 }
 
-/// Whether runs that took no part are predicted worse with what is certain under the noise than without it: that is not their
-/// noise.
+/// Whether runs that took no part are predicted worse with what is certain under the noise than without it: that need not be
+/// their noise.
 fn misleads(path: &[Step<'_>]) -> bool {
     path.last().is_some_and(|last| fall(&path[0].metrics, &last.metrics) < 0.0)
+}
+
+/// How far the errors fall along a path.
+fn falls_to(path: &[Step<'_>]) -> f64 {
+    path.iter().map(|step| fall(&path[0].metrics, &step.metrics)).fold(0.0, f64::max)
 }
 
 /// Share within which a number of a term is the same. A term that was added and dropped again has moved the others a little.
@@ -266,7 +278,7 @@ fn remains(state: &State<'_>) -> Remains {
     if !channels.rotation.is_empty() && data.block.exposure(Acts::Bias).is_none()
         || data.block.exposure(Acts::Scale).is_some()
     {
-        if channels.rotation_unit.dimension().has_own_zero() {
+        if !channels.of_sensor || channels.rotation_unit.dimension().has_own_zero() {
             inputs.push((&channels.rotation_name, of_rows(&channels.rotation)));
         }
         let slope = channels.smooth(&channels.rotation).slope;
