@@ -152,12 +152,10 @@ fn once(
     for block in blocks.iter_mut() {
         let own = block.own.clone();
         let channels = own.as_deref().unwrap_or(channels);
-        notices.extend(if is_plain {
-            untold::without_scale(block, channels, dataset)
-        } else {
-            None
-        });
-        clipped.push(if is_plain { clip(block, channels) } else { None });
+        if is_plain {
+            notices.extend(untold::without_scale(block, channels, dataset));
+        }
+        clipped.push(is_plain.then(|| clip(block, channels)).flatten());
     }
     let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;

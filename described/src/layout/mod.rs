@@ -87,8 +87,8 @@ pub struct Decoded<'a> {
     pub message: usize,
     /// Its definition.
     pub form: &'a Message,
-    /// One value per signal, in the signal's unit; `None` if this frame does not carry it, and if its checksum is wrong:
-    /// nobody means what it says then.
+    /// One value per signal, in the signal's unit; `None` if this frame does not carry it or has a wrong checksum: a
+    /// receiver discards it.
     pub values: &'a [Option<f64>],
     /// Verdict on its counter and its checksum, if it has any.
     pub verdict: Option<Verdict>,

@@ -44,6 +44,8 @@ pub mod command;
 pub mod confidence;
 mod contradiction;
 pub mod device_files;
+#[cfg(test)]
+mod documents;
 mod envelope;
 pub mod faults;
 mod formula;

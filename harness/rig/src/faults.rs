@@ -12,7 +12,7 @@ use emulators::base::BaseFault;
 use emulators::gyro::GyroFault;
 use judge::properties::Seen;
 use plan::PhaseEvent;
-use plan::faults::{Chances, FaultKind, Reach, Schedule, Target, Toward};
+use plan::faults::{Chances, FaultKind, Schedule, Target, Toward};
 use record::FaultSummary;
 use record::sink::RecordSink;
 use wire::time::{Span, Timestamp};
@@ -273,10 +273,9 @@ impl Rig {
         all
     }
 
-    /// The node whose supply this fault cuts. The gyro has a switch of its own.
+    /// The node whose supply this fault cuts.
     fn powered(&mut self, target: Target, kind: &FaultKind) -> Option<&mut Node> {
-        let is_cut = kind.info().reach == Reach::Powered && target != Target::Gyro;
-        let place = self.find(target.node()).filter(|_| is_cut)?;
+        let place = self.find(target.node()).filter(|_| kind.cuts_supply_of(target))?;
         self.nodes.get_mut(place).filter(|node| node.is_powered())
     }
 

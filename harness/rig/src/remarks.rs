@@ -100,42 +100,41 @@ impl Rig {
 
     /// A sentence about each identifier that an end sent and that is another node's, and one about those of nobody.
     fn unexpected(&self) -> impl Iterator<Item = String> + '_ {
-        self.ears.iter().filter(|ear| ear.judged && !ear.oddities.unexpected.is_empty()).flat_map(
-            |ear| {
-                let mut rest = ear.oddities.unexpected.clone();
-                let at = |other: &&Ear| (other.line, other.end) == (ear.line, ear.end);
-                // A node may have several layouts on one line.
-                rest.take(|id| self.ears.iter().filter(at).any(|other| other.decoder.takes(id)));
-                // A client of diagnostics asks on a channel that a node of the line declares.
-                let beside = || self.ears.iter().filter(|other| other.line == ear.line);
-                rest.take(|id| beside().any(|other| other.decoder.layout().is_asked_by(id)));
-                let another = |id: Id| {
-                    let is_it = |other: &&Ear| other.line == ear.line && other.decoder.takes(id);
-                    self.ears.iter().find(is_it)
-                };
-                let who = match self.is_away(ear.line, ear.end) {
-                    // Others may be on that line as well.
-                    true => format!("somebody on {}", self.line_names[ear.line]),
-                    false => self.lines[ear.line].name(ear.end).to_owned(),
-                };
-                let mut told: Vec<String> = rest
-                    .take(|id| another(id).is_some())
-                    .into_iter()
-                    .filter_map(|(id, count)| {
-                        let other = another(id)?;
-                        let (node, id) = (self.lines[other.line].name(other.end), Hex(id));
-                        let frames = figures::counted(count, "frame", "frames");
-                        Some(format!("{who} sent {frames} with the identifier {id} of {node}"))
-                    })
-                    .collect();
-                if !rest.is_empty() {
-                    // It may be one of another line.
-                    let line = &self.line_names[ear.line];
-                    told.push(format!("{who} sent frames that are no message of {line}: {rest}"));
-                }
-                told
-            },
-        )
+        let odd = |ear: &&Ear| ear.judged && !ear.oddities.unexpected.is_empty();
+        self.ears.iter().filter(odd).flat_map(|ear| {
+            let mut rest = ear.oddities.unexpected.clone();
+            let at = |other: &&Ear| (other.line, other.end) == (ear.line, ear.end);
+            // A node may have several layouts on one line.
+            rest.take(|id| self.ears.iter().filter(at).any(|other| other.decoder.takes(id)));
+            // A client of diagnostics asks on a channel that a node of the line declares.
+            let beside = || self.ears.iter().filter(|other| other.line == ear.line);
+            rest.take(|id| beside().any(|other| other.decoder.layout().is_asked_by(id)));
+            let another = |id: Id| {
+                let is_it = |other: &&Ear| other.line == ear.line && other.decoder.takes(id);
+                self.ears.iter().find(is_it)
+            };
+            let who = match self.is_away(ear.line, ear.end) {
+                // Others may be on that line as well.
+                true => format!("somebody on {}", self.line_names[ear.line]),
+                false => self.lines[ear.line].name(ear.end).to_owned(),
+            };
+            let mut told: Vec<String> = rest
+                .take(|id| another(id).is_some())
+                .into_iter()
+                .filter_map(|(id, count)| {
+                    let other = another(id)?;
+                    let (node, id) = (self.lines[other.line].name(other.end), Hex(id));
+                    let frames = figures::counted(count, "frame", "frames");
+                    Some(format!("{who} sent {frames} with the identifier {id} of {node}"))
+                })
+                .collect();
+            if !rest.is_empty() {
+                // It may be one of another line.
+                let line = &self.line_names[ear.line];
+                told.push(format!("{who} sent frames that are no message of {line}: {rest}"));
+            }
+            told
+        })
     }
 }
 

@@ -102,7 +102,8 @@ pub fn judge_again(
         summary.simulated_s = summary.simulated_s.min(read.last.as_secs_f64());
     }
     let real = summary.clock == "real";
-    let before = &stated_alike(plan, recorded, &summary.properties);
+    let of_run = plan_of(recorded);
+    let before = &stated_alike(plan, of_run.as_ref(), &summary.properties);
     let (properties, kept) = match replayed {
         // An imported bus log holds no reports of the controller.
         Some(_) if summary.clock == IMPORTED && limits.is_some() => (before.clone(), Vec::new()),
@@ -111,7 +112,7 @@ pub fn judge_again(
     };
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
     summary.notes.retain(|note| !note.starts_with(JUDGED_BY));
-    summary.notes.extend(judged_by(plan, recorded));
+    summary.notes.extend(judged_by(plan, of_run.as_ref()));
     // What the bench of the run did not show is no fault of the record, and has another reason.
     let lacks = |one: &&PropertySummary| {
         let why =
@@ -136,12 +137,12 @@ const NOTHING_JUDGED: &str =
 const JUDGED_BY: &str = "judged again by ";
 
 /// A sentence about a plan that is not that of the run: what calls itself a verdict on the run is one of this plan.
-fn judged_by(plan: &Plan, recorded: &Header) -> Option<String> {
-    let of_run = plan_of(recorded).filter(|of_run| of_run != plan)?;
-    let (name, of_run) = (plan.name.as_str(), of_run.name);
-    Some(match of_run.as_str() == name {
+fn judged_by(plan: &Plan, of_run: Option<&Plan>) -> Option<String> {
+    let of_run = of_run.filter(|of_run| *of_run != plan)?;
+    let (name, of_run) = (plan.name.as_str(), of_run.name.as_str());
+    Some(match of_run == name {
         true => format!("{JUDGED_BY}{name} as it is now, and not as it was in the run"),
-        false => format!("{JUDGED_BY}{name}, and not by {}, the plan of the run", of_run.as_str()),
+        false => format!("{JUDGED_BY}{name}, and not by {of_run}, the plan of the run"),
     })
 }
 
@@ -175,14 +176,14 @@ fn without_verdicts(mut summary: Summary) -> Summary {
 /// name. A record without a plan says nothing of the difference.
 fn stated_alike(
     plan: &Plan,
-    recorded: &Header,
+    of_run: Option<&Plan>,
     verdicts: &[PropertySummary],
 ) -> Vec<PropertySummary> {
-    let Some(of_run) = plan_of(recorded) else { return verdicts.to_vec() };
+    let Some(of_run) = of_run else { return verdicts.to_vec() };
     let stated = |of: &Plan, name: &str| {
         of.properties.iter().find(|property| property.name() == name).cloned()
     };
-    let is_same = |one: &&PropertySummary| stated(plan, &one.name) == stated(&of_run, &one.name);
+    let is_same = |one: &&PropertySummary| stated(plan, &one.name) == stated(of_run, &one.name);
     verdicts.iter().filter(is_same).cloned().collect()
 }
 

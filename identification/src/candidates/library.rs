@@ -286,14 +286,14 @@ impl<'a> Builder<'a> {
 
     /// Rate errors beyond a bias and a scale factor.
     fn rate_errors(&mut self) {
-        let Channels { rotation, rotation_name, rotation_unit, time_name, .. } = self.channels;
+        let Channels { rotation, rotation_name, time_name, .. } = self.channels;
         // What goes with a rotation that says nothing of the readings would only stand for their scale.
         if self.block.exposure(Acts::Scale).is_none() || !rotation.iter().any(|rate| *rate != 0.0) {
             return;
         }
         let driver = (Wrap::Plain, rotation_name.as_str());
-        // Nothing happens at a zero that somebody chose, nor as far from it one way as the other. A turn begins at its own.
-        if !self.channels.of_sensor || rotation_unit.dimension().has_own_zero() {
+        // Nothing happens at a zero that somebody chose, nor as far from it one way as the other.
+        if self.channels.rotation_has_zero() {
             for width in self.dead_widths() {
                 self.add("dead_zone", Acts::DeadZone, driver, Form::DeadZone, &[("width", width)]);
             }
@@ -330,7 +330,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Largest rotation, and no more than the readings show: a limit beyond all of them is none.
+    /// Largest rotation, or the largest reading where that is smaller: no reading reaches a limit beyond it.
     fn largest(&self) -> f64 {
         let Channels { rotation, gain, sampled, .. } = self.channels;
         let most = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, |a: f64, b| a.max(b.abs()));

@@ -96,6 +96,12 @@ const CAUSES: [Role; 5] =
     [Role::Temperature, Role::Heading, Role::Auxiliary, Role::Bias, Role::Duration];
 
 impl Channels {
+    /// Whether zero rotation means that nothing moves. The angle of a turn counts from its beginning; the zero of a sensor's
+    /// reference may be a matter of choice.
+    pub const fn rotation_has_zero(&self) -> bool {
+        !self.of_sensor || self.rotation_unit.dimension().has_own_zero()
+    }
+
     /// The channels of `dataset`.
     pub fn new(dataset: &Dataset) -> Self {
         let rows = dataset.rows();

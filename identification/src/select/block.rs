@@ -278,7 +278,7 @@ fn remains(state: &State<'_>) -> Remains {
     if !channels.rotation.is_empty() && data.block.exposure(Acts::Bias).is_none()
         || data.block.exposure(Acts::Scale).is_some()
     {
-        if !channels.of_sensor || channels.rotation_unit.dimension().has_own_zero() {
+        if channels.rotation_has_zero() {
             inputs.push((&channels.rotation_name, of_rows(&channels.rotation)));
         }
         let slope = channels.smooth(&channels.rotation).slope;

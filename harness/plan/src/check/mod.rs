@@ -44,7 +44,7 @@ pub use worst::{AllWithin, NeverOutside};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A kind of check, in words.
+/// What a plan writes for a kind of check, and what is judged.
 #[derive(Debug, Clone, Copy)]
 pub struct Word {
     /// Its key, with what a plan writes there.
@@ -121,31 +121,23 @@ kinds! {
 mod tests {
     use super::Check;
     use crate::Action;
+    use crate::documents::assert_tables;
 
-    /// If the tables in the document differ, the new text is written to `docs/plans.md.new`.
     #[test]
     fn the_document_has_all_steps_and_checks() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/plans.md");
-        let written = std::fs::read_to_string(path).unwrap();
-        let mut text = written.clone();
         let steps = Action::words().map(|word| {
             let example = word.example.replace('|', "\\|");
-            format!("| `{}` | {} | `{example}` |\n", word.name, word.doc.trim())
+            vec![format!("`{}`", word.name), word.doc.trim().to_owned(), format!("`{example}`")]
         });
-        let checks = Check::WORDS
-            .iter()
-            .map(|word| format!("| `{}` | {} | {} |\n", word.written, word.figure, word.lies_in));
-        for (header, rows) in [
-            ("| step | what is done | example |\n|---|---|---|\n", steps.concat()),
-            ("| check | figure that is judged | must lie in |\n|---|---|---|\n", checks.collect()),
-        ] {
-            let (before, after) = text.split_once(header).expect("a table");
-            let (_, after) = after.split_once("\n\n").expect("an end of the table");
-            text = format!("{before}{header}{rows}\n{after}");
-        }
-        if written != text {
-            std::fs::write(format!("{path}.new"), text).unwrap();
-            panic!("docs/plans.md lacks a step or a check: mv docs/plans.md.new docs/plans.md");
-        }
+        let checks = Check::WORDS.iter().map(|word| {
+            vec![format!("`{}`", word.written), word.figure.to_owned(), word.lies_in.to_owned()]
+        });
+        assert_tables(
+            "plans.md",
+            &[
+                (&["step", "what is done", "example"], steps.into()),
+                (&["check", "figure that is judged", "must lie in"], checks.collect()),
+            ],
+        );
     }
 }

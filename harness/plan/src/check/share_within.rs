@@ -33,15 +33,13 @@ impl Kind for ShareWithin {
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
         let samples = selection.samples();
         let count = samples.len();
-        let weight = |s: &Sample| if selection.are_periods() { s.value } else { 1.0 };
+        // Without any time between them, all messages count alike.
+        let by_time = selection.are_periods() && samples.iter().map(|s| s.value).sum::<f64>() > 0.0;
+        let weight = |s: &Sample| if by_time { s.value } else { 1.0 };
         let all: f64 = samples.iter().map(weight).sum();
         let share = |coverage: f64| {
             let clear = |s: &&Sample| is_clear(s.value, s.uncertainty, self.band, coverage);
-            // Without any time between them, all messages count alike.
-            match samples.iter().filter(clear).map(weight).sum::<f64>() / all {
-                share if share.is_finite() => share,
-                _ => samples.iter().filter(clear).count() as f64 / count as f64,
-            }
+            samples.iter().filter(clear).map(weight).sum::<f64>() / all
         };
         let value = share(0.0);
         Ok(Figure {

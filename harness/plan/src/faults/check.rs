@@ -75,8 +75,7 @@ impl Schedule {
                 let help = "leave `toward` out, or strike a node: `host` is what it sends";
                 return Err(at.key("toward").mistake(message).help(help));
             }
-            // The gyro is restarted by a switch of its own.
-            if reach == Reach::Powered && target != Target::Gyro && lines.of(target).is_some() {
+            if fault.what.cuts_supply_of(target) && lines.of(target).is_some() {
                 if lines.powered.contains(&target) {
                     continue;
                 }

@@ -37,38 +37,28 @@ pub fn parameter(parameter: &KindParameter, typical: f64) -> String {
 mod tests {
     use super::super::FaultKind;
     use super::{lasts, parameter, strikes};
+    use crate::documents::assert_tables;
 
-    /// If the table in the document differs, the new text is written to `docs/faults.md.new`.
     #[test]
     fn the_document_is_the_vocabulary() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/faults.md");
-        let written = std::fs::read_to_string(path).unwrap();
-        let (introduction, _) = written.split_once("\n| kind |").expect("a table");
-        let mut text = introduction.to_owned();
-        text.push_str(
-            "\n| kind | strikes | lasts | what it does | parameters, typical (range) | source |\n",
-        );
-        text.push_str("|---|---|---|---|---|---|\n");
-        for info in FaultKind::all() {
+        let columns =
+            ["kind", "strikes", "lasts", "what it does", "parameters, typical (range)", "source"];
+        let rows = FaultKind::all().iter().map(|info| {
             let parameters: Vec<String> = info
                 .parameters
                 .iter()
                 .zip(info.typical.values())
                 .map(|(one, typical)| format!("`{}`: {}", parameter(one, typical), one.doc.trim()))
                 .collect();
-            text.push_str(&format!(
-                "| `{}` | {} | {} | {} | {} | {} |\n",
-                info.name,
-                strikes(info),
+            vec![
+                format!("`{}`", info.name),
+                strikes(info).to_owned(),
                 lasts(info),
-                info.doc.trim(),
+                info.doc.trim().to_owned(),
                 parameters.join("<br>"),
-                info.source
-            ));
-        }
-        if written != text {
-            std::fs::write(format!("{path}.new"), text).unwrap();
-            panic!("docs/faults.md is not the vocabulary: mv docs/faults.md.new docs/faults.md");
-        }
+                info.source.to_owned(),
+            ]
+        });
+        assert_tables("faults.md", &[(&columns, rows.collect())]);
     }
 }

@@ -126,6 +126,11 @@ impl FaultKind {
         self.info().name
     }
 
+    /// Whether the fault cuts the supply of that target, as for any node. The gyro is restarted by a switch of its own.
+    pub fn cuts_supply_of(&self, target: Target) -> bool {
+        self.info().reach == Reach::Powered && target != Target::Gyro
+    }
+
     /// Whether the fault makes frames of its own, in whichever way.
     pub const fn makes_frames(&self) -> bool {
         matches!(self, Self::Babble { .. } | Self::BusLoad { .. })
