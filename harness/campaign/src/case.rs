@@ -86,6 +86,9 @@ pub struct Violated {
 pub struct CaseResult {
     /// Outcome of the run, as in its summary.
     pub outcome: String,
+    /// Why the run ended so, in one sentence; none if it passed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
     /// Broken always-properties, in the order of their declaration.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub violated: Vec<Violated>,

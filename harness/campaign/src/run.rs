@@ -50,6 +50,8 @@ pub struct Tally {
     pub passed: u64,
     /// Number of cases per outcome ([`CaseResult::counts_as`]).
     pub outcomes: BTreeMap<String, u64>,
+    /// Why the first case of each outcome ended so, and its number: of cases that broke no property, which tell it themselves.
+    pub reasons: BTreeMap<String, (u64, String)>,
     /// Number of cases that broke each property, and the first of them.
     pub broken: BTreeMap<String, (u64, u64)>,
     /// Number of cases that reached each state.
@@ -172,6 +174,10 @@ impl Tally {
         let counts_as = result.counts_as();
         self.passed += u64::from(counts_as == Outcome::Passed.name());
         *self.outcomes.entry(counts_as.to_owned()).or_default() += 1;
+        if let Some(reason) = result.reason.as_ref().filter(|_| result.violated.is_empty()) {
+            let first = || (number, reason.clone());
+            self.reasons.entry(counts_as.to_owned()).or_insert_with(first);
+        }
         for violated in &result.violated {
             self.broken.entry(violated.property.clone()).or_insert((0, number)).0 += 1;
         }
@@ -244,6 +250,7 @@ mod tests {
                 .into_iter()
                 .collect(),
             violated: property.into_iter().map(broken).collect(),
+            reason: (outcome == "error" || property.is_some()).then(|| "no answer".to_owned()),
             ..CaseResult::ended(outcome)
         };
         let results = [
@@ -256,6 +263,11 @@ mod tests {
         for (number, result) in (0..).zip(&results) {
             tally.count(number, result);
         }
+        assert_eq!(
+            tally.reasons,
+            [("error".to_owned(), (4, "no answer".to_owned()))].into(),
+            "a case that broke a property tells it by that"
+        );
         let outcomes = [("error", 1), ("failed", 3), ("passed", 1)];
         assert_eq!(tally.outcomes, outcomes.map(|(name, times)| (name.to_owned(), times)).into());
         assert_eq!(tally.passed, 1);

@@ -24,6 +24,9 @@ pub(super) struct Survey<'a> {
     /// Units of what steps read, by the step and the name; `None` if the rig is not loaded.
     reads: BTreeMap<(&'static str, &'a str), Option<String>>,
     pub(super) swept: Vec<String>,
+    /// Messages that steps send, and those that they stop sending, with their places.
+    pub(super) sent: BTreeSet<&'a str>,
+    pub(super) stopped: Vec<(&'a str, Place)>,
     pub(super) phases: Vec<&'a str>,
 }
 
@@ -85,6 +88,17 @@ impl<'a> Survey<'a> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// The first message that steps stop sending and none sends.
+    pub(super) fn never_sent(&self) -> Checked {
+        let Some((message, at)) = self.stopped.iter().find(|(name, _)| !self.sent.contains(name))
+        else {
+            return Ok(());
+        };
+        let sent: Vec<&str> = self.sent.iter().copied().collect();
+        let mistake = at.mistake(format!("no step of this plan sends `{message}`"));
+        Err(mistake.help(proposal(message, &sent)))
     }
 
     pub(super) fn filter(&self, quantity: &QuantityName, filter: &Filter, at: &Place) -> Checked {

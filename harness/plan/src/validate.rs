@@ -26,6 +26,10 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
         let message = format!("{done} steps when carried out, expected at most {STEPS_DONE_MAX}");
         return Err(at.mistake(message));
     }
+    // A message that the rig lacks is told as such.
+    if rig.is_some() {
+        survey.never_sent()?;
+    }
     if plan.measurements.is_empty() && !plan.properties.iter().any(Property::is_stated) {
         let message = "a plan that judges nothing, expected a [[measurement]] or a [[property]] with a formula";
         return Err(Place::file().mistake(message));

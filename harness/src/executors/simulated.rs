@@ -100,6 +100,7 @@ pub(super) fn result(prepared: &Prepared, run: &run::Ended) -> CaseResult {
     let never_judged: BTreeMap<_, _> = verdicts.iter().filter_map(never_judged).collect();
     CaseResult {
         outcome: run.ending.outcome.name().to_owned(),
+        reason: run.ending.reason.clone(),
         violated: verdicts.iter().filter_map(violated).chain(lost(run)).collect(),
         margins: verdicts
             .iter()

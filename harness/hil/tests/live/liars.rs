@@ -89,6 +89,10 @@ fn one_that_moves_on_after_the_stop_fails_by_name() {
         let (status, summary, said) = run_liar("moves-on", "live-side", MOVES_ON);
         assert_eq!((status, &summary["outcome"]), (Some(1), &"failed".into()), "{said}");
         let reason = summary["reason"].as_str().unwrap();
-        assert!(reason.contains("the base still moves long after the order to stop"), "{reason}");
+        assert!(
+            reason
+                .contains("long after the order to stop, the controller still says that it moves"),
+            "{reason}"
+        );
     });
 }

@@ -54,6 +54,7 @@ impl StepKind for Send {
     }
 
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
+        survey.sent.insert(&self.message);
         survey.subject.send(&self.message, &self.set, at)
     }
 }

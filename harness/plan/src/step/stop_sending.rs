@@ -26,6 +26,7 @@ impl StepKind for StopSending {
     }
 
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
+        survey.stopped.push((&self.message, at.clone()));
         survey.subject.message(&self.message, at)
     }
 }

@@ -174,6 +174,16 @@ fn a_signal_of_another_group_than_the_multiplexer_says_is_shown_in_place() {
     assert!(help.is_some_and(|help| help.contains("line 9: Endless: it has 65 bytes")));
 }
 
+/// Found by a user: it passed, and stopped nothing.
+#[test]
+fn only_what_a_step_sends_can_be_stopped() {
+    let silent = PLAN.lines().filter(|line| !line.contains("{ send =")).collect::<Vec<_>>();
+    let silent = silent.join("\n");
+    let plan = Plan::parse("p.toml", &silent).unwrap();
+    let error = plan.check_rig("p.toml", &silent, &rig()).unwrap_err();
+    assert_eq!(error.to_string(), "no step of this plan sends `Command`");
+}
+
 #[test]
 fn what_is_of_a_device_is_of_no_robot() {
     let robot = PLAN.replace("device = \"oven\"\n", "devices = \"paper\"\n");

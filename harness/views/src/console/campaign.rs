@@ -125,6 +125,10 @@ pub fn campaign_table(
     for one in again.map_or(&[][..], |again| again.unjudged) {
         let _ = write!(text, "\n{} not judged: {}\n", one.name, one.why);
     }
+    for (outcome, (number, reason)) in &tally.reasons {
+        let (outcome, reason) = (ended(outcome), in_cell(reason));
+        let _ = write!(text, "\n{outcome}, first in case {number}: {reason}\n");
+    }
     let outcomes: Vec<String> =
         tally.outcomes.iter().map(|(name, times)| format!("{times} {}", ended(name))).collect();
     let _ = writeln!(
@@ -174,6 +178,7 @@ pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_
         "resumed": tally.resumed,
         "passed": tally.passed,
         "outcomes": tally.outcomes,
+        "reasons": tally.reasons,
         "nearest": tally.nearest,
         "reached": tally.reached,
         "never": done.never,
@@ -310,6 +315,8 @@ pub(crate) mod tests {
         let tally = Tally {
             cases: 100,
             outcomes: [("passed".to_owned(), 90), ("failed".to_owned(), 10)].into(),
+            reasons: [("failed".to_owned(), (8, "steps[2]: no answer within 2 s".to_owned()))]
+                .into(),
             broken: [("fresh_heading".to_owned(), (3, 41))].into(),
             reached: [("gyro_silent".to_owned(), 12)].into(),
             unconfirmed: [("recovers".to_owned(), 2)].into(),

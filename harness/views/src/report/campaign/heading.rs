@@ -46,6 +46,9 @@ pub(super) fn heading(account: &Account, gathered: &Gathered) -> Markup {
                 })
                 ". Runs ended: " (if outcomes.is_empty() { "none".to_owned() } else { outcomes.join(", ") }) "."
             }
+            @for (outcome, (number, reason)) in &tally.reasons {
+                p.lead { (ended(outcome)) ", first in case " (number) ": " (reason) "." }
+            }
             @if !goes_to_its_end(account) {
                 p.lead.cut {
                     @match &account.end {
