@@ -192,8 +192,13 @@ fn name_absent(plan: &Plan, recorded: &Header, measurements: &mut [Measurement])
     for (declared, found) in plan.measurements.iter().zip(measurements) {
         let quantity = declared.quantity.as_str();
         if found.observations == 0 && recorded.quantities.iter().all(|one| one.name != quantity) {
-            found.statistic =
-                format!("the record has no {quantity}: the plan of the run did not measure it");
+            let way = match declared.quantity.of_message() {
+                Some(_) => "; `hil export --bus` and `hil import` judge its frames by another plan",
+                None => "",
+            };
+            found.statistic = format!(
+                "the record has no {quantity}: the plan of the run did not measure it{way}"
+            );
         }
     }
 }
@@ -352,6 +357,18 @@ mod tests {
         assert!(judged.summary.reason.unwrap().contains("cut short"));
         let aborted = again(ended(Outcome::Aborted, Some("stopped by request")), 0.1, cut());
         assert_eq!((aborted.summary.outcome, aborted.rewrite), (Outcome::Aborted, false));
+    }
+
+    #[test]
+    fn what_the_run_did_not_measure_is_told_as_that() {
+        let plan = PLAN.replace("turn.stop_error", "turn.odometry_error");
+        let plan = Plan::parse("turns.toml", &plan).unwrap();
+        let rig = load_rig(&Library::shipped(), &plan).unwrap();
+        let was = ended(Outcome::Passed, None);
+        let found = judge_again(&plan, &rig, was, &Header::default(), []).summary;
+        assert_eq!((found.outcome, found.measurements[0].verdict), (Outcome::Failed, Verdict::Unset));
+        let statistic = &found.measurements[0].statistic;
+        assert!(statistic.ends_with("the plan of the run did not measure it"), "{statistic}");
     }
 
     #[test]
