@@ -1,6 +1,6 @@
 //! Reasons why a port cannot be opened or is lost.
 
-use super::backoff::TOTAL_MAX;
+use super::attempts::TOTAL_MAX;
 use super::pty::LinkError;
 use super::pty::PtyError;
 use rustix::io::Errno;

@@ -16,7 +16,7 @@
 //! not of traffic.
 
 mod any;
-mod backoff;
+mod attempts;
 mod bytes;
 pub mod can_socket;
 mod counters;

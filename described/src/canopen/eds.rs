@@ -306,7 +306,7 @@ impl<'a> Reader<'a> {
         let full = of.map_or_else(|| title.clone(), |of| format!("{of} {title}"));
         let limits = self.limits(section, kind)?;
         let mappable = self.number(section, "pdomapping")? == Some(1);
-        let (unit, scale) = (String::new(), Scale { factor: 1.0, offset: 0.0 });
+        let (unit, scale) = (String::new(), Scale::ONE);
         let name = identifier(&full);
         self.entries.push(Entry {
             index,

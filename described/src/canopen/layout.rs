@@ -89,7 +89,7 @@ fn signal(name: &str, (first, bits): (u32, u32), coding: Coding, scale: Scale) -
 }
 
 fn plain((name, first, bits): Field, names: &[(i64, &str)]) -> Signal {
-    let scale = Scale { factor: 1.0, offset: 0.0 };
+    let scale = Scale::ONE;
     let signal = signal(name, (first, bits), Coding::Unsigned, scale);
     #[expect(clippy::expect_used, reason = "the fields are constants of this file")]
     let mut signal = signal.expect("a field of eight bytes");

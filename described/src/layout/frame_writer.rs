@@ -1,7 +1,6 @@
 //! Writes CAN frames with values precomputed per message.
 
 use super::message::Message;
-use super::number::Scale;
 use super::signal::{Signal, Storage};
 use crate::file::ByteOrder;
 use wire::can::{CanFrame, FD_BYTES_MAX};
@@ -110,10 +109,8 @@ impl Fields {
     /// The same for all numbers.
     #[cold]
     fn careful_word(&self, values: &[f64; LANES]) -> Option<u64> {
-        let number = |lane: usize| {
-            let scale = Scale { factor: self.factor[lane], offset: self.offset[lane] };
-            libm::round(scale.number(values[lane]))
-        };
+        let number =
+            |lane: usize| libm::round((values[lane] - self.offset[lane]) / self.factor[lane]);
         let numbers: [f64; LANES] = std::array::from_fn(number);
         let mut each = numbers.iter().zip(&self.counts);
         let is_within = |(number, (least, greatest)): (&f64, &(f64, f64))| {

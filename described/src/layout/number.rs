@@ -20,22 +20,53 @@ pub(crate) enum Coding {
 }
 
 /// Physical value = `factor` times the number on the wire, plus `offset`.
+///
+/// A layout writes both as decimal fractions, and so does who compares with the value: 401 by (0.1, -40) is 0.1, and not the
+/// 0.10000000000000142 of the doubles. So the value is `(numerator * number + addend) / denominator`, with whole numbers and a
+/// power of ten, which is rounded once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale {
     /// Finite and not zero.
     pub(crate) factor: f64,
     /// Finite.
     pub(crate) offset: f64,
+    numerator: f64,
+    addend: f64,
+    /// 1 where factor or offset has too many digits.
+    denominator: f64,
+}
+
+/// Most decimal places of a scale: ten to this power is exact as a double, and so are 15 digits.
+const PLACES_MAX: i32 = 15;
+
+/// Decimal places of a number, as it is written most shortly.
+fn places(number: f64) -> i32 {
+    let text = format!("{number:e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let behind = digits.split_once('.').map_or(0, |(_, behind)| behind.len());
+    behind as i32 - exponent.parse::<i32>().unwrap_or(0)
 }
 
 impl Scale {
+    pub(crate) const ONE: Self =
+        Self { factor: 1.0, offset: 0.0, numerator: 1.0, addend: 0.0, denominator: 1.0 };
+
     pub(crate) fn new(factor: f64, offset: f64) -> Option<Self> {
-        (factor.is_finite() && factor != 0.0 && offset.is_finite())
-            .then_some(Self { factor, offset })
+        if !(factor.is_finite() && factor != 0.0 && offset.is_finite()) {
+            return None;
+        }
+        let places = places(factor).max(places(offset)).max(0);
+        let denominator = 10_f64.powi(places.min(PLACES_MAX));
+        let [numerator, addend] = [factor, offset].map(|one| libm::round(one * denominator));
+        let is_exact = numerator / denominator == factor && addend / denominator == offset;
+        Some(match is_exact {
+            true => Self { factor, offset, numerator, addend, denominator },
+            false => Self { factor, offset, numerator: factor, addend: offset, denominator: 1.0 },
+        })
     }
 
     pub(crate) fn physical(self, number: f64) -> f64 {
-        self.factor * number + self.offset
+        (self.numerator * number + self.addend) / self.denominator
     }
 
     /// Whether the value `sent`, one of those `step` apart, is not `value`. A decimal fraction is only as far from a step as
@@ -144,6 +175,26 @@ mod tests {
         assert_eq!(raw(0.31, (0.1, 0.309)), Some(31));
         assert_eq!(raw(f64::NAN, ALL), None);
         assert_eq!(raw(f64::INFINITY, ALL), None);
+    }
+
+    /// Found by a user: a band from 0.1 failed at its own end, and `> 0.1` was true there.
+    #[test]
+    fn a_value_is_the_decimal_fraction_that_the_layout_means() {
+        let value = |factor, offset, number| Scale::new(factor, offset).unwrap().physical(number);
+        assert_eq!(value(0.1, -40.0, 401.0), 0.1);
+        assert_eq!(value(0.1, 0.0, 3.0), 0.3);
+        assert_eq!(value(-0.01, 27.35, 2_725.0), 0.1);
+        assert_eq!(value(1e-3, -0.0005, 2.0), 0.0015);
+        assert_eq!(value(5e-324, 0.0, 2.0), 1e-323);
+        for number in 0..100_000 {
+            let text = format!("{}.{:02}", number / 100, number % 100);
+            assert_eq!(
+                value(0.01, -250.0, f64::from(number + 25_000)),
+                text.parse::<f64>().unwrap()
+            );
+        }
+        // Of a third, no decimal fraction is meant.
+        assert_eq!(value(1.0 / 3.0, 1.0, 3.0), 2.0);
     }
 
     #[test]

@@ -263,11 +263,8 @@ mod tests {
         for (number, result) in (0..).zip(&results) {
             tally.count(number, result);
         }
-        assert_eq!(
-            tally.reasons,
-            [("error".to_owned(), (4, "no answer".to_owned()))].into(),
-            "a case that broke a property tells it by that"
-        );
+        // A case that broke a property tells it by that.
+        assert_eq!(tally.reasons, [("error".to_owned(), (4, "no answer".to_owned()))].into());
         let outcomes = [("error", 1), ("failed", 3), ("passed", 1)];
         assert_eq!(tally.outcomes, outcomes.map(|(name, times)| (name.to_owned(), times)).into());
         assert_eq!(tally.passed, 1);

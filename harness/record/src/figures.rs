@@ -58,31 +58,39 @@ pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(text, unit)
 }
 
-/// Like [`quantity`], with as many digits as it takes to be on the same side of each limit as the value.
+/// Like [`quantity`], with as many digits as it takes to be on the same side of each limit as the value, and, where it has no
+/// uncertainty, with the decimals of the limits: 1013.51 beside 1013.5 is not 1014.
 pub fn quantity_beside(
     value: f64,
     uncertainty: f64,
     unit: &str,
     limits: impl IntoIterator<Item = f64>,
 ) -> String {
-    let limits = limits.into_iter().filter(|limit| value != *limit);
-    let shown = limits.map(|limit| (limit, stated(limit).parse::<f64>().unwrap_or(limit)));
-    let shown: Vec<(f64, f64)> = shown.collect();
+    let shown = |limit: f64| (limit, stated(limit).parse::<f64>().unwrap_or(limit));
+    let shown: Vec<(f64, f64)> = limits.into_iter().map(shown).collect();
     let is_told = |text: &str| {
         let number = text.parse::<f64>();
         let is_so = |number: f64| {
             let mut limits = shown.iter();
-            limits.all(|(limit, shown)| number.partial_cmp(shown) == value.partial_cmp(limit))
+            limits.all(|(limit, shown)| {
+                value == *limit || number.partial_cmp(shown) == value.partial_cmp(limit)
+            })
         };
         number.is_ok_and(is_so)
     };
-    if is_told(&self::value(value, uncertainty)) {
+    let is_said = is_said(value, uncertainty);
+    if !value.is_finite() || is_said && is_told(&self::value(value, uncertainty)) {
         return quantity(value, uncertainty, unit);
     }
-    let longer = (EXACT_DIGITS + 1..=DIGITS_MAX).map(|digits| exact(value, digits));
+    let behind =
+        |(_, shown): &(f64, f64)| shown.to_string().split_once('.').map(|(_, behind)| behind.len());
+    let decimals = shown.iter().filter_map(behind).max().unwrap_or(0) as i32;
+    let least = if is_said || value == 0.0 { 0 } else { decimals + 1 + exponent(value) };
+    let longer =
+        (least.clamp(EXACT_DIGITS, DIGITS_MAX)..=DIGITS_MAX).map(|digits| exact(value, digits));
     let longer = longer.take_while(|text| !text.contains('e')).find(|text| is_told(text));
     let mut text = longer.unwrap_or_else(|| value.to_string());
-    if is_said(value, uncertainty) {
+    if is_said {
         text += &format!(" ± {}", self::value(uncertainty, uncertainty));
     }
     with_unit(text, unit)
@@ -275,7 +283,13 @@ mod tests {
             (117.8, 0.0, 117.8, "117.8 s"),
             (123_456.5, 0.0, 123_456.4, "123456.5 s"),
             (123_456.45, 0.0, 123_456.4, "123456.45 s"),
-            (123_456.3, 0.0, 123_456.4, "123456 s"),
+            (123_456.3, 0.0, 123_456.4, "123456.3 s"),
+            (1_013.51, 0.0, 1_013.5, "1013.51 s"),
+            (1_234.5, 0.0, 1_234.5, "1234.5 s"),
+            (1_012.98, 0.0, 1_013.0, "1012.98 s"),
+            (0.0, 0.0, 0.25, "0 s"),
+            (f64::NAN, 0.0, 0.25, "NaN s"),
+            (f64::INFINITY, 0.0, 0.25, "inf s"),
             (123_456.3, 0.0, 123_456.2, "123456.3 s"),
             (117.799_6, 0.02, 117.8, "117.7996 ± 0.020 s"),
             (118.0, 0.0, 117.999_999_999_99, "118 s"),

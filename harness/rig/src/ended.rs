@@ -64,11 +64,20 @@ impl Ended {
 
     /// Judges these measurements; those of a truth that the bench does not know are not judged.
     pub fn judge(&self, declared: &[Declared]) -> (Vec<Measurement>, Outcome) {
-        let (mut measurements, judged) = judge_all(declared, &self.observations);
-        let judged = match &self.no_truth {
-            Some(why) => without_truth(declared, &mut measurements, why),
-            None => judged,
-        };
-        (measurements, judged)
+        judged(declared, &self.observations, self.no_truth.as_deref())
     }
+}
+
+/// Judges these measurements; those of a truth that the bench does not know, for the reason `no_truth`, are not judged.
+pub fn judged(
+    declared: &[Declared],
+    observations: &Observations,
+    no_truth: Option<&str>,
+) -> (Vec<Measurement>, Outcome) {
+    let (mut measurements, judged) = judge_all(declared, observations);
+    let judged = match no_truth {
+        Some(why) => without_truth(declared, &mut measurements, why),
+        None => judged,
+    };
+    (measurements, judged)
 }

@@ -13,6 +13,8 @@ pub(crate) struct Oddities {
     pub(crate) wrong_checksums: BTreeMap<usize, u64>,
     /// Frames that are none of its messages.
     pub(crate) unexpected: Identifiers,
+    /// Frames from a port that have its identifiers, though it is played here.
+    pub(crate) doubled: Identifiers,
 }
 
 impl Oddities {

@@ -28,6 +28,7 @@ impl Rig {
             }));
         }
         remarks.extend(self.unexpected());
+        remarks.extend(self.doubled());
         for ear in &self.ears {
             let node = self.lines[ear.line].name(ear.end);
             for (message, count) in &ear.oddities.wrong_checksums {
@@ -96,6 +97,21 @@ impl Rig {
             _ => None,
         });
         told.collect()
+    }
+
+    /// A sentence about each identifier of a node that is played here, while somebody at the port has it as well.
+    fn doubled(&self) -> impl Iterator<Item = String> + '_ {
+        self.ears.iter().flat_map(|ear| {
+            let (line, node) = (&self.line_names[ear.line], self.lines[ear.line].name(ear.end));
+            let told = move |(id, count): (Id, u64)| {
+                let (frames, id) = (figures::counted(count, "frame", "frames"), Hex(id));
+                format!(
+                    "somebody at the port of {line} sent {frames} with the identifier {id} of {node}, which this run \
+                     plays itself: they did not count"
+                )
+            };
+            ear.oddities.doubled.clone().take(|_| true).into_iter().map(told)
+        })
     }
 
     /// A sentence about each identifier that an end sent and that is another node's, and one about those of nobody.

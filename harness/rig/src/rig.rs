@@ -182,12 +182,20 @@ impl Rig {
     }
 
     /// Sender of something from a port: the node away whose message it is, else `at`, the end of the port.
-    pub fn speaker_of(&self, line: usize, at: EndId, what: &Transmit) -> EndId {
+    pub fn speaker_of(&mut self, line: usize, at: EndId, what: &Transmit) -> EndId {
         let Transmit::Frame(frame) = what else { return at };
-        let of = |ear: &&Ear| {
-            ear.line == line && self.is_away(line, ear.end) && ear.decoder.takes(frame.id())
-        };
-        self.ears.iter().find(of).map_or(at, |ear| ear.end)
+        let is_its = |ear: &Ear| ear.line == line && ear.decoder.takes(frame.id());
+        let away = |ear: &&Ear| is_its(ear) && self.is_away(line, ear.end);
+        if let Some(ear) = self.ears.iter().find(away) {
+            return ear.end;
+        }
+        // A remote request has the identifier of the message that it asks for.
+        if !frame.is_remote()
+            && let Some(ear) = self.ears.iter_mut().find(|ear| is_its(ear))
+        {
+            ear.oddities.doubled.count(frame.id());
+        }
+        at
     }
 
     /// Puts the gyro's outputs up to `now` on its line, each at its own instant.

@@ -70,15 +70,20 @@ pub fn judge_again(
     let limits = rig.robot.as_deref().map(|robot| Limits::of(&of(robot)));
     let has_any = !plan.properties.is_empty();
     let mut replayed = has_any.then(|| Replayed::new(&plan.properties, limits.as_ref(), rig));
+    let ended = |summary: &Summary| Timestamp::from_secs_f64(summary.simulated_s);
     // In virtual time, what was still under way at the end of the plan arrived at nodes that no longer ran.
-    let plan_end = summary.as_ref().filter(|summary| summary.clock != "real");
-    let plan_end = plan_end.map(|summary| Timestamp::from_secs_f64(summary.simulated_s));
+    let plan_end = summary.as_ref().filter(|summary| summary.clock != "real").map(ended);
     let read = Read::of(records, &header, &mut |record| {
         let is_judged = plan_end.is_none_or(|end| record.at <= end);
         if let Some(replayed) = replayed.as_mut().filter(|_| is_judged) {
             replayed.take(record);
         }
     });
+    // Nodes may have been silent from the last record to the end of the run.
+    let end = summary.as_ref().filter(|_| read.error.is_none()).map(ended);
+    if let (Some(replayed), Some(end)) = (&mut replayed, end) {
+        replayed.goes_on_until(end);
+    }
     let summary = summary.map(without_verdicts);
     let (mut measurements, mut judged) = judge_all(&plan.measurements, &read.observations);
     name_absent(plan, recorded, &mut measurements);
@@ -366,7 +371,10 @@ mod tests {
         let rig = load_rig(&Library::shipped(), &plan).unwrap();
         let was = ended(Outcome::Passed, None);
         let found = judge_again(&plan, &rig, was, &Header::default(), []).summary;
-        assert_eq!((found.outcome, found.measurements[0].verdict), (Outcome::Failed, Verdict::Unset));
+        assert_eq!(
+            (found.outcome, found.measurements[0].verdict),
+            (Outcome::Failed, Verdict::Unset)
+        );
         let statistic = &found.measurements[0].statistic;
         assert!(statistic.ends_with("the plan of the run did not measure it"), "{statistic}");
     }

@@ -46,76 +46,79 @@ impl Replayed {
         }
     }
 
+    /// The run went on at least until then.
+    pub(super) fn goes_on_until(&mut self, end: Timestamp) {
+        self.latest = self.latest.max(end);
+    }
+
     /// Takes the next record.
     pub(super) fn take(&mut self, record: &Record) {
-        let at = record.at;
+        self.goes_on_until(record.at);
         self.read(record);
         match (&record.kind, record.device) {
-            (RecordKind::StepBegan { .. }, _) => self.see(at, &Seen::StepBegan),
-            (RecordKind::StepEnded { .. }, _) => self.see(at, &Seen::StepEnded),
+            (RecordKind::StepBegan { .. }, _) => self.see(&Seen::StepBegan),
+            (RecordKind::StepEnded { .. }, _) => self.see(&Seen::StepEnded),
             (RecordKind::Command(command), _) => {
                 let mission = Mission { id: self.mission, command: (**command).clone() };
                 self.mission = self.mission.wrapping_add(1);
-                self.see(at, &Seen::Told(&mission));
+                self.see(&Seen::Told(&mission));
             }
-            (RecordKind::Report(report), _) => self.see(at, &Seen::Report(report)),
+            (RecordKind::Report(report), _) => self.see(&Seen::Report(report)),
             (RecordKind::Bytes(bytes), Device::Gyro) => {
                 self.gyro = true;
-                self.see(at, &Seen::GyroBytes(bytes));
+                self.see(&Seen::GyroBytes(bytes));
             }
             (RecordKind::Bytes(bytes), Device::Base) => {
                 self.base = true;
-                self.see(at, &Seen::BaseBytes(bytes));
+                self.see(&Seen::BaseBytes(bytes));
             }
             (RecordKind::Bytes(bytes), Device::Controller) => {
                 // This includes bytes for the gyro, which mean nothing to a base.
                 if let Some(packet) = Packet::from_slice(bytes) {
-                    self.see(at, &Seen::Sent(&Output::Bytes(Port::Base, packet)));
+                    self.see(&Seen::Sent(&Output::Bytes(Port::Base, packet)));
                 }
             }
             (RecordKind::Frame(frame), Device::Controller) => {
-                self.see(at, &Seen::Sent(&Output::Frame(*frame)));
+                self.see(&Seen::Sent(&Output::Frame(*frame)));
             }
             (RecordKind::Frame(frame), _) => {
                 self.base = true;
-                self.see(at, &Seen::BaseFrame(frame));
+                self.see(&Seen::BaseFrame(frame));
             }
-            (RecordKind::Fault(fault), _) => self.fault(at, fault),
+            (RecordKind::Fault(fault), _) => self.fault(fault),
             _ => {}
         }
     }
 
     /// Decodes bytes and frames of the rig's nodes as messages.
     fn read(&mut self, record: &Record) {
-        let Self { ears, monitor, messages, latest, .. } = self;
-        let at = record.at.max(*latest);
+        let Self { ears, monitor, messages, latest: at, .. } = self;
         let is_forged = Ear::is_forged(ears.iter().map(|(_, ear)| ear), record);
         for (speaker, ear) in ears {
             *messages |= ear.who() == record.device
                 && matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
             ear.hear(record, is_forged, &mut |decoded| {
-                monitor.see(at, &Seen::Message { speaker: *speaker, decoded });
+                monitor.see(*at, &Seen::Message { speaker: *speaker, decoded });
             });
         }
     }
 
-    fn fault(&mut self, at: Timestamp, fault: &FaultRecord) {
+    fn fault(&mut self, fault: &FaultRecord) {
         match &fault.event {
             FaultEvent::Began => _ = self.faults.insert(fault.index),
             FaultEvent::Ended { .. } => _ = self.faults.remove(&fault.index),
             FaultEvent::NeverHappened { .. } => return,
             FaultEvent::Confinement { state, .. } => {
                 if state == rig::link::ErrorState::Off.name() {
-                    self.see(at, &Seen::BusOff);
+                    self.see(&Seen::BusOff);
                 }
                 return;
             }
         }
-        self.see(at, &Seen::Faults(self.faults.len()));
+        self.see(&Seen::Faults(self.faults.len()));
     }
 
-    fn see(&mut self, at: Timestamp, seen: &Seen<'_>) {
-        self.latest = self.latest.max(at);
+    fn see(&mut self, seen: &Seen<'_>) {
         self.monitor.see(self.latest, seen);
     }
 

@@ -14,7 +14,7 @@ mod tests;
 
 pub use interface::{Interface, InterfaceState, kernel_has_can};
 
-use super::backoff::Backoff;
+use super::attempts::Attempts;
 use super::error::{PortError, PortLost};
 use super::watch::watch;
 use super::{Counters, FrameEvent};
@@ -46,7 +46,7 @@ pub struct CanSocketPort {
     look: Option<Interval>,
     /// An event that must follow the one just returned.
     next: Option<FrameEvent>,
-    backoff: Backoff,
+    attempts: Attempts,
     counters: Counters,
     /// Frames that the interface had dropped before this socket was opened.
     dropped_before: u64,
@@ -67,8 +67,8 @@ impl CanSocketPort {
         let interface = Interface::new(interface);
         let dropped_before = interface.dropped();
         let link = Link::Open(open(&interface)?);
-        let (backoff, counters) = (Backoff::default(), Counters::default());
-        Ok(Self { interface, link, look: None, next: None, backoff, counters, dropped_before })
+        let (attempts, counters) = (Attempts::default(), Counters::default());
+        Ok(Self { interface, link, look: None, next: None, attempts, counters, dropped_before })
     }
 
     /// The name of the interface.
@@ -178,30 +178,30 @@ impl CanSocketPort {
         }
     }
 
-    /// Closes the socket and opens it again, with growing delays until the interface exists and is up. May be
+    /// Closes the socket and opens it again, every few hundredths of a second until the interface exists and is up. May be
     /// cancelled, and called again.
     ///
     /// # Errors
-    /// If the interface stayed away for too long; the next call restarts the delays.
+    /// If the interface stayed away for too long; the next call waits as long again.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         if let Link::Open(_) = self.link {
             self.lose(PortLost::Deleted);
         }
         let mut last = None;
-        while self.backoff.pause().await {
+        while self.attempts.pause().await {
             let dropped_before = self.interface.dropped();
             match open(&self.interface) {
                 Ok(socket) => {
                     self.dropped_before = dropped_before;
                     self.link = Link::Open(socket);
-                    self.backoff = Backoff::default();
+                    self.attempts = Attempts::default();
                     self.counters.returns += 1;
                     return Ok(());
                 }
                 Err(error) => last = Some(error),
             }
         }
-        self.backoff = Backoff::default();
+        self.attempts = Attempts::default();
         Err(PortError::given_up(self.interface.name(), last))
     }
 

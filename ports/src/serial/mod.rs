@@ -13,7 +13,7 @@ pub mod usb;
 pub use open::written;
 
 use super::Counters;
-use super::backoff::Backoff;
+use super::attempts::Attempts;
 use super::error::{PortError, PortLost};
 use super::spec::SerialSpec;
 use marks::{Heard, Marks};
@@ -44,7 +44,7 @@ pub struct SerialPort {
     buffer: Box<[u8; READ_BYTES]>,
     next: usize,
     end: usize,
-    backoff: Backoff,
+    attempts: Attempts,
     counters: Counters,
 }
 
@@ -71,7 +71,7 @@ impl SerialPort {
             buffer: Box::new([0; READ_BYTES]),
             next: 0,
             end: 0,
-            backoff: Backoff::default(),
+            attempts: Attempts::default(),
             counters: Counters::default(),
         })
     }
@@ -142,29 +142,29 @@ impl SerialPort {
         taken
     }
 
-    /// Closes the port and opens it again, with growing delays until it exists; a USB id also finds it under another
+    /// Closes the port and opens it again, every few hundredths of a second until it exists; a USB id also finds it under another
     /// name. May be cancelled, and called again.
     ///
     /// # Errors
-    /// If the port stayed away for too long; the next call restarts the delays.
+    /// If the port stayed away for too long; the next call waits as long again.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         if let Line::Open(_) = self.line {
             self.line = Line::Lost(PortLost::HungUp);
         }
         let mut last = None;
-        while self.backoff.pause().await {
+        while self.attempts.pause().await {
             match open::open(&self.spec, self.settings) {
                 Ok((stream, marks)) => {
                     (self.line, self.marks) = (Line::Open(stream), marks);
                     (self.next, self.end) = (0, 0);
-                    self.backoff = Backoff::default();
+                    self.attempts = Attempts::default();
                     self.counters.returns += 1;
                     return Ok(());
                 }
                 Err(error) => last = Some(error),
             }
         }
-        self.backoff = Backoff::default();
+        self.attempts = Attempts::default();
         Err(PortError::given_up(&self.spec.device.to_string(), last))
     }
 

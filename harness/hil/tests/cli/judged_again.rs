@@ -61,6 +61,23 @@ fn a_plan_that_does_not_fit_judges_nothing() {
     assert_eq!(fs::read(hil.path("oven/run/summary.json")).unwrap(), was);
 }
 
+/// Found by random faults: the record ends with the last message, and the property was not judged beyond it.
+#[test]
+fn a_device_that_falls_silent_is_judged_to_the_end_of_the_run() {
+    let hil = Hil::new();
+    hil.run(&["new", "oven", "--serial"]).exits(0);
+    let always = "device.HeaterOn == 1 -> within 30 s: device.Temperature > 50 degC";
+    with_plan(&hil, "property.toml", always);
+    let plan = fs::read_to_string(hil.path("oven/property.toml")).unwrap();
+    let silent = "\n[[fault]]\ntarget = \"device\"\ntoward = \"host\"\nwhat = { drop = { loss_percent = 100 } }\nwhen = { at_s = 1 }\n";
+    fs::write(hil.path("oven/property.toml"), plan + silent).unwrap();
+    let broke = "broke cool at 0.1";
+    let run = within(&hil, &["run", "property.toml", "--out", "run", "--record", "full"]);
+    assert!(run.out.contains(broke), "{}", run.out);
+    let again = within(&hil, &["check", "run"]);
+    assert!(again.out.contains(broke), "{}", again.out);
+}
+
 #[test]
 fn a_run_that_was_killed_is_compared_once_it_is_judged() {
     let hil = with_property("device.Temperature < 100 degC");

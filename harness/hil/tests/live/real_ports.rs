@@ -229,6 +229,32 @@ fn an_adapter_that_was_away_is_used_again_and_said_to_have_been_away() {
     });
 }
 
+/// Found by a user: the bench file named the port of a line whose device was still emulated, and the real one was judged by
+/// nothing, without a word.
+#[test]
+fn a_real_device_beside_its_emulation_is_told() {
+    in_time(|| {
+        let bench = Bench::with_a_charger();
+        let rig = bench.folder.path().join("rigs/real.toml");
+        let text = std::fs::read_to_string(&rig).unwrap();
+        let emulated =
+            text.replace("under_test = { attached = true }", "").replace("described_by", "emulate");
+        std::fs::write(&rig, emulated).unwrap();
+        let mut child = block_on(async {
+            let mut port = bench.adapter();
+            let mut child = bench.start();
+            serve(&mut child, ALL, &mut port, charges).await;
+            child
+        });
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        let notes = summary(&bench.out)["notes"].to_string();
+        assert!(
+            notes.contains("with the identifier 0x200 of d, which this run plays itself"),
+            "{notes}"
+        );
+    });
+}
+
 /// An adapter that answers each line with what `answer` says to its first letter.
 fn adapter_that(answer: impl Fn(u8) -> &'static [u8]) -> (Bench, Value, String) {
     let bench = Bench::with_a_charger();

@@ -161,13 +161,21 @@ pub(super) fn why(name: &str, error: &StartError) -> String {
     format!("failed to start `{name}`: {error}{}", cause.unwrap_or_default())
 }
 
-/// The line that says why a program ended: the exception of its last traceback, after which Python may print warnings of
-/// what it tears down; else its last line.
-fn telling(words: &str) -> Option<&str> {
+/// Lines of output that say why a program ended. Assumption: a warning or two of what is torn down come after the cause.
+const LAST_LINES: usize = 3;
+
+/// What says why a program ended: the exception of its last traceback, after which Python may print warnings of what it tears
+/// down; else its last lines.
+fn telling(words: &str) -> Option<String> {
     let traced = words.rsplit_once("Traceback (most recent call last):\n").map(|(_, after)| after);
     let mut after = traced.unwrap_or_default().lines();
     let exception = after.find(|line| !line.starts_with(' ') && !line.is_empty());
-    exception.or_else(|| words.lines().rfind(|line| !line.trim().is_empty()))
+    if let Some(exception) = exception {
+        return Some(exception.to_owned());
+    }
+    let lines: Vec<&str> = words.lines().filter(|line| !line.trim().is_empty()).collect();
+    let last = lines.get(lines.len().saturating_sub(LAST_LINES)..).unwrap_or_default();
+    (!last.is_empty()).then(|| last.join("; "))
 }
 
 /// What a program did to end, behind its name, with its last line of output.
@@ -376,10 +384,11 @@ mod tests {
     fn the_line_that_says_why_is_quoted() {
         let traced = "up\nTraceback (most recent call last):\n  File \"a.py\", line 3, in <module>\n    run()\n\
                       OSError: [Errno 19] No such device\nSocketcanBus was not properly shut down\n";
-        assert_eq!(telling(traced), Some("OSError: [Errno 19] No such device"));
-        assert_eq!(telling("one\ntwo\n\n"), Some("two"));
+        assert_eq!(telling(traced).as_deref(), Some("OSError: [Errno 19] No such device"));
+        assert_eq!(telling("one\ntwo\n\n").as_deref(), Some("one; two"));
+        assert_eq!(telling("1\n2\n3\n4").as_deref(), Some("2; 3; 4"));
         assert_eq!(
-            telling("Traceback (most recent call last):\n"),
+            telling("Traceback (most recent call last):\n").as_deref(),
             Some("Traceback (most recent call last):")
         );
         assert_eq!(telling(""), None);

@@ -36,8 +36,9 @@ impl Losses {
             Link::Pty => self.note_if(unsent, false, || {
                 format!("lost at {whose}: {what}, as the other side had not read what came before")
             }),
-            // Of a bus on which nobody acknowledges any more, the device may be the cause.
-            _ => self.note_if(unsent, of_bench && link == Link::Serial, || {
+            // Of a bus on which nobody acknowledges any more, the device may be the cause: an interface says so, and an adapter
+            // reads on and refuses.
+            _ => self.note_if(unsent, of_bench && matches!(link, Link::Serial | Link::Adapter), || {
                 format!("lost at {whose}: {what} for which there was no room, though the record has them")
             }),
         }
@@ -130,6 +131,18 @@ mod tests {
             assert!(said && notes.len() == what.iter().len(), "{link:?}: {notes:?}");
             assert_eq!(why.is_some(), spoils, "{link:?}: {notes:?}");
         }
+    }
+
+    /// Found by a user: the adapter had been unplugged from its power for five seconds, and the run passed.
+    #[test]
+    fn frames_that_an_adapter_had_no_room_for_are_the_fault_of_the_bench() {
+        let counters =
+            Counters { bytes_in: 9, frames_out: 5, overrun_frames: 3, ..Counters::default() };
+        let Losses { notes, why } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
+        assert!(
+            why.is_some_and(|why| why.contains("3 frames for which there was no room")),
+            "{notes:?}"
+        );
     }
 
     #[test]

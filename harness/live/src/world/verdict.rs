@@ -8,11 +8,11 @@ use super::losses::Losses;
 use super::placement::Player;
 use super::ports::{BASE, GYRO, OpenPort, Ports};
 use super::role_port::RolePort;
-use judge::properties::{Kind, PropertyVerdict};
+use judge::properties::{Kind, PropertyVerdict, View};
 use ports::PortSpec;
 use ports::spec::SerialDevice;
 use record::outcome::{Outcome, PortSide, PortSummary, Timing};
-use rig::ended::Ended;
+use rig::ended::{Ended, judged};
 use rig::engine::Ending;
 use std::path::Path;
 use std::sync::Arc;
@@ -49,6 +49,16 @@ pub(super) fn excuse(
     }
 }
 
+/// Why a plan that ended so, and whose measurements say that, tells nothing of the device under test: the machine or the
+/// harness was late.
+fn too_late(ending: Outcome, measured: Outcome, lateness: &Lateness) -> Option<String> {
+    match ending.max(measured) {
+        Outcome::Passed => lateness.verdict_on_pass(),
+        Outcome::Failed | Outcome::Timeout => lateness.verdict_on_failure(),
+        Outcome::Error | Outcome::Aborted => None,
+    }
+}
+
 /// Whether the path of a serial port no longer leads anywhere.
 fn is_gone(spec: &PortSpec) -> bool {
     let (PortSpec::Serial(serial) | PortSpec::Slcan { serial, .. }) = spec else { return false };
@@ -75,6 +85,14 @@ impl LiveWorld {
         losses
     }
 
+    /// What the measurements say of the plan.
+    fn measured(&self) -> Outcome {
+        let (declared, observations) =
+            (&self.engine().plan().measurements, self.engine().observations());
+        let no_truth = self.setting.sight().why_not(View::Truth);
+        judged(declared, observations, no_truth.as_deref()).1
+    }
+
     /// The ending, adjusted for problems of the ports and the machine.
     pub(super) fn judge(
         &self,
@@ -90,12 +108,13 @@ impl LiveWorld {
         let ending = self.journal.explain(self.blame_missing(ending), end);
         let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
         let miswired = ports.miswired(gyro);
+        let late = too_late(ending.outcome, self.measured(), &self.lateness);
         let why = match ending.outcome {
-            Outcome::Passed => self.lateness.verdict_on_pass(),
+            Outcome::Passed => late,
             Outcome::Failed | Outcome::Timeout => {
                 let flooded = self.foreign.verdict(end, ports.name(BASE));
                 // A flood makes a machine late, not the other way round.
-                flooded.or_else(|| self.lateness.verdict_on_failure()).or(miswired)
+                flooded.or(late).or(miswired)
             }
             Outcome::Error | Outcome::Aborted => None,
         };
@@ -154,10 +173,27 @@ impl LiveWorld {
 
 #[cfg(test)]
 mod tests {
-    use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse};
+    use super::super::lateness::Course;
+    use super::{Ending, Lateness, Outcome, PropertyVerdict, Timestamp, excuse, too_late};
     use judge::properties::{Kind, Missing};
     use record::Violation;
     use wire::time::Span;
+
+    /// Found by a user: a plan that went to its end, and failed by a measurement alone, was held against the device.
+    #[test]
+    fn a_measurement_that_failed_while_the_machine_was_late_is_excused() {
+        let mut lateness = Lateness::new(Span::from_millis(20));
+        assert_eq!(too_late(Outcome::Passed, Outcome::Failed, &lateness), None, "in time");
+        lateness.add_machine(Timestamp::ZERO, Span::from_millis(30));
+        lateness.end_step(Course { steps: 1, observations: 1 });
+        let why = too_late(Outcome::Passed, Outcome::Failed, &lateness).unwrap();
+        assert!(why.contains("other programs waited once"), "{why}");
+        assert_eq!(
+            too_late(Outcome::Passed, Outcome::Passed, &lateness),
+            None,
+            "it was harder to pass"
+        );
+    }
 
     #[test]
     fn what_broke_on_a_machine_that_was_late_is_the_fault_of_the_bench() {
