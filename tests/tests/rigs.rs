@@ -176,6 +176,11 @@ fn what_a_plan_says_of_nodes_that_are_not_there_is_refused() {
             "`CellStatus` is sent by `cells` itself",
         ),
         (steps("{ power_cycle = { device = \"cell\", off_s = 1 } }"), "no `cell` on this bench"),
+        // Found by a user: it was said that there is no such node.
+        (
+            steps("{ set_parameter = { parameter = \"manager.offset\", value = 1 } }"),
+            "cannot reach into `manager`, which is not emulated",
+        ),
         (steps("{ turn = { angle_deg = 90 } }"), "`turn` is for a gyro on a robot or a table"),
         (
             format!(

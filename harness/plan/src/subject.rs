@@ -327,6 +327,11 @@ impl<'a> Subject<'a> {
         if known.contains(&role) {
             return Ok(());
         }
+        if self.rig.is_some_and(|rig| rig.nodes.iter().any(|node| node.name == role)) {
+            let message = format!("the plan cannot reach into `{role}`, which is not emulated");
+            let help = "`do` runs a command of the bench, and `operator_prompt` asks a person";
+            return Err(at.key(key).mistake(message).help(help));
+        }
         let message = format!("no `{role}` on this bench");
         Err(at.key(key).mistake(message).help(proposal(role, &known)))
     }

@@ -79,8 +79,7 @@ pub fn campaign_table(
         for (state, times) in states {
             let times = match times {
                 0 => "no case".to_owned(),
-                1 => "1 case".to_owned(),
-                times => format!("{times} cases"),
+                _ => figures::counted(times, "case", "cases"),
             };
             table.add_row([in_cell(state), times].map(Cell::new));
         }
@@ -126,8 +125,7 @@ pub fn campaign_table(
         let _ = write!(text, "\n{} not judged: {}\n", one.name, one.why);
     }
     for (outcome, (number, reason)) in &tally.reasons {
-        let (outcome, reason) = (ended(outcome), in_cell(reason));
-        let _ = write!(text, "\n{outcome}, first in case {number}: {reason}\n");
+        let _ = writeln!(text, "\n{}, first in case {number}: {}", ended(outcome), in_cell(reason));
     }
     let outcomes: Vec<String> =
         tally.outcomes.iter().map(|(name, times)| format!("{times} {}", ended(name))).collect();
@@ -395,9 +393,7 @@ pub(crate) mod tests {
 
     #[test]
     fn outcomes_are_words_behind_their_number() {
-        assert_eq!(
-            ["passed", "timeout", "worker_lost"].map(ended),
-            ["passed", "timed out", "worker_lost"]
-        );
+        let words = ["passed", "timeout", "worker_lost"].map(ended);
+        assert_eq!(words, ["passed", "timed out", "worker_lost"]);
     }
 }
