@@ -14,6 +14,7 @@ use controller::mission::{AbortReason, MissionResult, Report};
 use devices::{BIAS_DEG_PER_S, base, gyro};
 use rustix::process::Signal;
 use skips::{Vcan0, in_time};
+use std::path::{Path, PathBuf};
 use wire::base::Request;
 
 const BIAS_TEST: &str = "{\"id\":1,\"command\":{\"bias_test\":{\"duration_s\":0.5}}}\n";
@@ -36,6 +37,15 @@ fn answer(id: u32) -> impl FnMut(&Report) -> Option<Report> {
 
 fn serial(base: &pty::Device) -> String {
     format!("serial:{}", base.port)
+}
+
+/// A link to a port, as a path and as text. A device that goes takes its link with it: the number of its pty may be that of
+/// another test's next, which a controller that looks for its port would then open.
+fn linked(folder: &Path, port: &str) -> (PathBuf, String) {
+    let link = folder.join("gyro");
+    std::os::unix::fs::symlink(port, &link).unwrap();
+    let text = link.to_str().unwrap().to_owned();
+    (link, text)
 }
 
 /// A process whose base is moving.
@@ -304,8 +314,10 @@ fn bad_arguments_have_their_own_status() {
 fn a_port_that_vanishes_shows_as_silence_and_the_base_is_stopped() {
     in_time(|| {
         let (gyro, (base, requests)) = (gyro(b""), base(b""));
-        let mut process = driving(&gyro.port, &serial(&base));
-        let port = gyro.port.clone();
+        let folder = tempfile::tempdir().unwrap();
+        let (link, port) = linked(folder.path(), &gyro.port);
+        let mut process = driving(&port, &serial(&base));
+        std::fs::remove_file(link).unwrap();
         drop(gyro);
         assert_eq!(
             process.wait_for(answer(2)),
@@ -325,29 +337,26 @@ fn a_port_that_vanishes_shows_as_silence_and_the_base_is_stopped() {
 #[test]
 fn a_port_that_comes_back_is_opened_again() {
     in_time(|| {
-        let folder = std::env::temp_dir().join(format!("k2a-controller-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let link = folder.join("gyro");
+        let folder = tempfile::tempdir().unwrap();
         let first = gyro(b"");
-        std::os::unix::fs::symlink(&first.port, &link).unwrap();
-        let mut process = Process::start(&["--gyro", link.to_str().unwrap()]);
+        let (link, port) = linked(folder.path(), &first.port);
+        let mut process = Process::start(&["--gyro", &port]);
         let heard = |report: &Report| {
             matches!(report, Report::State(state) if state.samples > 0).then_some(())
         };
         process.wait_for(heard);
+        std::fs::remove_file(&link).unwrap();
         drop(first);
         process.wait_for(|report| {
             matches!(report, Report::Health(health) if health.causes.gyro_silent).then_some(())
         });
         let second = gyro(b"");
-        std::fs::remove_file(&link).unwrap();
         std::os::unix::fs::symlink(&second.port, &link).unwrap();
         process.wait_for(|report| {
             matches!(report, Report::Health(health) if !health.causes.gyro_silent).then_some(())
         });
         process.close_stdin();
         let (status, _, log) = process.wait();
-        std::fs::remove_dir_all(&folder).unwrap();
         assert_eq!(status, Some(0), "{log}");
         assert!(log.contains("is open again"), "{log}");
     });
