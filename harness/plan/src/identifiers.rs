@@ -35,6 +35,11 @@ impl Identifiers {
         taken
     }
 
+    /// The identifiers that are counted one by one, with their counts.
+    pub fn each(&self) -> impl Iterator<Item = (Id, u64)> {
+        self.frames.iter().map(|(id, count)| (*id, *count))
+    }
+
     /// True if nothing was counted.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty() && self.more == 0
@@ -44,7 +49,7 @@ impl Identifiers {
 impl fmt::Display for Identifiers {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let each: Vec<_> =
-            self.frames.iter().map(|(id, count)| format!("{} ({count})", Hex(*id))).collect();
+            self.each().map(|(id, count)| format!("{} ({count})", Hex(id))).collect();
         f.write_str(&each.join(", "))?;
         match self.more {
             0 => Ok(()),

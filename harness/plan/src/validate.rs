@@ -26,7 +26,7 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
         let message = format!("{done} steps when carried out, expected at most {STEPS_DONE_MAX}");
         return Err(at.mistake(message));
     }
-    // A message that the rig lacks is told as such.
+    // Whether there is such a message at all shows with the rig, and comes first.
     if rig.is_some() {
         survey.never_sent()?;
     }

@@ -110,7 +110,7 @@ impl Rig {
                      plays itself: they did not count"
                 )
             };
-            ear.oddities.doubled.clone().take(|_| true).into_iter().map(told)
+            ear.oddities.doubled.each().map(told)
         })
     }
 

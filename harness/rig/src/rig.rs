@@ -189,8 +189,11 @@ impl Rig {
         if let Some(ear) = self.ears.iter().find(away) {
             return ear.end;
         }
-        // A remote request has the identifier of the message that it asks for.
-        if !frame.is_remote()
+        // What an end with messages of its own sends beside them counts as its owner's, and is among its unexpected frames. A
+        // remote request has the identifier of the message that it asks for.
+        let is_heard = self.ears.iter().any(|ear| (ear.line, ear.end) == (line, at));
+        if !is_heard
+            && !frame.is_remote()
             && let Some(ear) = self.ears.iter_mut().find(|ear| is_its(ear))
         {
             ear.oddities.doubled.count(frame.id());

@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_run_did_not_measure_is_told_as_that() {
+    fn a_quantity_that_the_run_did_not_measure_is_named() {
         let plan = PLAN.replace("turn.stop_error", "turn.odometry_error");
         let plan = Plan::parse("turns.toml", &plan).unwrap();
         let rig = load_rig(&Library::shipped(), &plan).unwrap();

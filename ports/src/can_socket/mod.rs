@@ -178,7 +178,7 @@ impl CanSocketPort {
         }
     }
 
-    /// Closes the socket and opens it again, every few hundredths of a second until the interface exists and is up. May be
+    /// Closes the socket and opens it again, twenty times a second until the interface exists and is up. May be
     /// cancelled, and called again.
     ///
     /// # Errors

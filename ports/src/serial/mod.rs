@@ -142,7 +142,7 @@ impl SerialPort {
         taken
     }
 
-    /// Closes the port and opens it again, every few hundredths of a second until it exists; a USB id also finds it under another
+    /// Closes the port and opens it again, twenty times a second until it exists; a USB id also finds it under another
     /// name. May be cancelled, and called again.
     ///
     /// # Errors

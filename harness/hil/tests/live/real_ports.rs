@@ -229,10 +229,10 @@ fn an_adapter_that_was_away_is_used_again_and_said_to_have_been_away() {
     });
 }
 
-/// Found by a user: the bench file named the port of a line whose device was still emulated, and the real one was judged by
-/// nothing, without a word.
+/// Found by a user: the bench file named the port of a line whose device was still emulated, and the run said nothing of the
+/// real one.
 #[test]
-fn a_real_device_beside_its_emulation_is_told() {
+fn a_real_device_beside_its_emulation_is_noted() {
     in_time(|| {
         let bench = Bench::with_a_charger();
         let rig = bench.folder.path().join("rigs/real.toml");
@@ -252,6 +252,32 @@ fn a_real_device_beside_its_emulation_is_told() {
             notes.contains("with the identifier 0x200 of d, which this run plays itself"),
             "{notes}"
         );
+    });
+}
+
+/// It counts there: a bus does not tell who sent a frame.
+#[test]
+fn a_frame_of_an_emulated_node_beside_a_real_one_is_noted_once() {
+    in_time(|| {
+        let bench = Bench::with_a_charger();
+        let within = |path: &str| bench.folder.path().join(path);
+        let rig = std::fs::read_to_string(within("rigs/real.toml")).unwrap();
+        let node = "[[node]]\nname = \"e\"\nat = \"line\"\nemulate = \"other\"\n";
+        std::fs::write(within("rigs/real.toml"), format!("{rig}\n{node}")).unwrap();
+        let other = CHARGER.replace("0x300", "0x301").replace("Set", "Order");
+        std::fs::write(within("devices/other.toml"), other).unwrap();
+        let ours = CHARGER.replace("0x200", "0x201");
+        std::fs::write(within("devices/device.toml"), ours).unwrap();
+        let mut child = block_on(async {
+            let mut port = bench.adapter();
+            let mut child = bench.start();
+            serve(&mut child, ALL, &mut port, charges).await;
+            child
+        });
+        child.wait().unwrap();
+        let notes = summary(&bench.out)["notes"].to_string();
+        assert_eq!(notes.matches("with the identifier 0x200 of e").count(), 1, "{notes}");
+        assert!(!notes.contains("plays itself"), "{notes}");
     });
 }
 

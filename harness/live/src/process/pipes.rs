@@ -177,10 +177,16 @@ impl Log {
     pub(super) fn last_words(&self) -> String {
         let tail = self.tail.lock().unwrap_or_else(PoisonError::into_inner);
         let text = String::from_utf8_lossy(&tail);
-        let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
-        let last = lines.get(lines.len().saturating_sub(TAIL_LINES_MAX)..).unwrap_or_default();
-        last.join("\n").replace(|c: char| c.is_control() && c != '\n', "?")
+        last_lines(&text, TAIL_LINES_MAX)
+            .join("\n")
+            .replace(|c: char| c.is_control() && c != '\n', "?")
     }
+}
+
+/// The last lines of a text that are not blank.
+pub(crate) fn last_lines(text: &str, most: usize) -> Vec<&str> {
+    let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+    lines.get(lines.len().saturating_sub(most)..).unwrap_or_default().to_vec()
 }
 
 fn copy(mut pipe: PipeReader, (mut file, mut room): (File, usize), tail: &Mutex<Vec<u8>>) {

@@ -3,7 +3,7 @@
 use super::uarts::Uarts;
 use crate::command::{can_start, fill};
 use crate::lines::{self, Place, Places};
-use crate::process::{Exit, killed_after};
+use crate::process::{Exit, killed_after, last_lines};
 use described::Medium;
 use lockstep::{BinaryError, Ended, Lockstep, Output, Program, StartError};
 use plan::Rig;
@@ -173,12 +173,11 @@ fn telling(words: &str) -> Option<String> {
     if let Some(exception) = exception {
         return Some(exception.to_owned());
     }
-    let lines: Vec<&str> = words.lines().filter(|line| !line.trim().is_empty()).collect();
-    let last = lines.get(lines.len().saturating_sub(LAST_LINES)..).unwrap_or_default();
+    let last = last_lines(words, LAST_LINES);
     (!last.is_empty()).then(|| last.join("; "))
 }
 
-/// What a program did to end, behind its name, with its last line of output.
+/// What a program did to end, behind its name, with its last lines of output.
 pub(super) fn in_words_of(ended: &Ended, running: &Lockstep) -> String {
     with_last_words(end_in_words(ended), running)
 }
@@ -381,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_that_says_why_is_quoted() {
+    fn the_lines_that_say_why_are_quoted() {
         let traced = "up\nTraceback (most recent call last):\n  File \"a.py\", line 3, in <module>\n    run()\n\
                       OSError: [Errno 19] No such device\nSocketcanBus was not properly shut down\n";
         assert_eq!(telling(traced).as_deref(), Some("OSError: [Errno 19] No such device"));

@@ -133,7 +133,7 @@ mod tests {
         }
     }
 
-    /// Found by a user: the adapter had been unplugged from its power for five seconds, and the run passed.
+    /// Found by a user: the adapter had read nothing for five seconds, and the run passed.
     #[test]
     fn frames_that_an_adapter_had_no_room_for_are_the_fault_of_the_bench() {
         let counters =
