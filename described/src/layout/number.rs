@@ -21,7 +21,7 @@ pub(crate) enum Coding {
 
 /// Physical value = `factor` times the number on the wire, plus `offset`.
 ///
-/// A layout writes both as decimal fractions, and so does who compares with the value: 401 by (0.1, -40) is 0.1, and not the
+/// Both are written as decimal fractions, and so are the limits of a value: 401 by (0.1, -40) is 0.1, and not the
 /// 0.10000000000000142 of the doubles. So the value is `(numerator * number + addend) / denominator`, with whole numbers and a
 /// power of ten, which is rounded once.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -50,7 +50,7 @@ pub struct Tally {
     pub passed: u64,
     /// Number of cases per outcome ([`CaseResult::counts_as`]).
     pub outcomes: BTreeMap<String, u64>,
-    /// Why the first case of each outcome ended so, and its number: of cases that broke no property, which tell it themselves.
+    /// For each outcome, the first case that broke no property: its number, and why it ended so.
     pub reasons: BTreeMap<String, (u64, String)>,
     /// Number of cases that broke each property, and the first of them.
     pub broken: BTreeMap<String, (u64, u64)>,

@@ -13,7 +13,7 @@ pub(crate) struct Oddities {
     pub(crate) wrong_checksums: BTreeMap<usize, u64>,
     /// Frames that are none of its messages.
     pub(crate) unexpected: Identifiers,
-    /// Frames from a port that have its identifiers, though it is played here.
+    /// Frames from a port with its identifiers, although this run sends its messages.
     pub(crate) doubled: Identifiers,
 }
 

@@ -99,7 +99,7 @@ impl Rig {
         told.collect()
     }
 
-    /// A sentence about each identifier of a node that is played here, while somebody at the port has it as well.
+    /// A sentence about each identifier of a node of this run that somebody at the port uses as well.
     fn doubled(&self) -> impl Iterator<Item = String> + '_ {
         self.ears.iter().flat_map(|ear| {
             let (line, node) = (&self.line_names[ear.line], self.lines[ear.line].name(ear.end));
@@ -107,7 +107,7 @@ impl Rig {
                 let (frames, id) = (figures::counted(count, "frame", "frames"), Hex(id));
                 format!(
                     "somebody at the port of {line} sent {frames} with the identifier {id} of {node}, which this run \
-                     plays itself: they did not count"
+                     sends itself: they were ignored"
                 )
             };
             ear.oddities.doubled.each().map(told)

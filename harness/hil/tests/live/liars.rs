@@ -90,8 +90,7 @@ fn one_that_moves_on_after_the_stop_fails_by_name() {
         assert_eq!((status, &summary["outcome"]), (Some(1), &"failed".into()), "{said}");
         let reason = summary["reason"].as_str().unwrap();
         assert!(
-            reason
-                .contains("long after the order to stop, the controller still says that it moves"),
+            reason.contains("long after the order to stop, the controller still reports motion"),
             "{reason}"
         );
     });

@@ -249,7 +249,7 @@ fn a_real_device_beside_its_emulation_is_noted() {
         assert_eq!(child.wait().unwrap().code(), Some(0));
         let notes = summary(&bench.out)["notes"].to_string();
         assert!(
-            notes.contains("with the identifier 0x200 of d, which this run plays itself"),
+            notes.contains("with the identifier 0x200 of d, which this run sends itself"),
             "{notes}"
         );
     });
@@ -277,7 +277,7 @@ fn a_frame_of_an_emulated_node_beside_a_real_one_is_noted_once() {
         child.wait().unwrap();
         let notes = summary(&bench.out)["notes"].to_string();
         assert_eq!(notes.matches("with the identifier 0x200 of e").count(), 1, "{notes}");
-        assert!(!notes.contains("plays itself"), "{notes}");
+        assert!(!notes.contains("sends itself"), "{notes}");
     });
 }
 

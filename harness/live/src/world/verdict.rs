@@ -49,8 +49,7 @@ pub(super) fn excuse(
     }
 }
 
-/// Why a plan that ended so, and whose measurements say that, tells nothing of the device under test: the machine or the
-/// harness was late.
+/// Why the end of a plan and its measurements say nothing about the device under test: the machine or the harness was late.
 fn too_late(ending: Outcome, measured: Outcome, lateness: &Lateness) -> Option<String> {
     match ending.max(measured) {
         Outcome::Passed => lateness.verdict_on_pass(),
@@ -85,7 +84,7 @@ impl LiveWorld {
         losses
     }
 
-    /// What the measurements say of the plan.
+    /// The outcome by the measurements alone.
     fn measured(&self) -> Outcome {
         let (declared, observations) =
             (&self.engine().plan().measurements, self.engine().observations());

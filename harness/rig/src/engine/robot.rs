@@ -24,10 +24,10 @@ use wire::time::Timestamp;
 use wire::units::{Angle, Pose, Temperature};
 
 /// Reason of an error when the base was not seen at rest after the end.
-pub(super) const NO_REST: &str = "the controller never said that it is at rest";
-/// Reason of a failure when the controller goes on saying that it moves, be it a base or the gyro on a table.
+pub(super) const NO_REST: &str = "the controller never reported that it stands still";
+/// Reason of a failure when the controller goes on reporting motion, of a base or of the gyro on a table.
 pub(super) const MOVES_ON: &str =
-    "long after the order to stop, the controller still says that it moves";
+    "long after the order to stop, the controller still reports motion";
 
 #[derive(Debug, Clone)]
 pub(super) struct Robot {
