@@ -58,7 +58,7 @@ fn a_wrong_checksum_makes_a_sentence_unread() {
     let wrong = fault("device.Sentence", "wrong_checksum = { wrong_percent = 100 }");
     let (half, _, notes) = heard(&wrong);
     assert_eq!(half, 100);
-    assert!(notes.contains("outside of any message"), "{notes}");
+    assert!(notes.contains("device.Sentence had a wrong checksum, and did not count"), "{notes}");
 }
 
 /// The receiver sees a sound sentence with another heading.

@@ -37,6 +37,10 @@ pub struct Decoder {
     /// How many frames of each message had too few bytes.
     short: BTreeMap<usize, u64>,
     checksum_failures: u64,
+    /// Messages of a serial line with a wrong checksum in the place of a message, and how many.
+    spoilt: BTreeMap<usize, u64>,
+    /// Bytes until the next message of a serial line should begin; `None` after damage, as long as none was found.
+    until_next: Option<usize>,
 }
 
 impl Decoder {
@@ -52,6 +56,8 @@ impl Decoder {
             damaged: 0,
             short: BTreeMap::new(),
             checksum_failures: 0,
+            spoilt: BTreeMap::new(),
+            until_next: Some(0),
             layout,
             sender,
         }
@@ -174,6 +180,7 @@ impl Decoder {
             reassembly.reset();
         }
         self.line_begins = true;
+        self.until_next = Some(0);
         self.asked = None;
         if let Some(requests) = &mut self.requests {
             requests.reset();
@@ -189,6 +196,12 @@ impl Decoder {
     /// How many of the [damaged](Self::damaged) are CAN frames of a message with fewer bytes than it has.
     pub fn short(&self) -> impl Iterator<Item = (&Message, u64)> {
         self.short.iter().map(|(message, count)| (&self.layout.messages[*message], *count))
+    }
+
+    /// The messages of a serial line that came with a wrong checksum, where one was expected, and how many: their bytes are
+    /// not among the [damaged](Self::damaged).
+    pub fn spoilt(&self) -> impl Iterator<Item = (&Message, u64)> {
+        self.spoilt.iter().map(|(message, count)| (&self.layout.messages[*message], *count))
     }
 
     /// Number of messages on a serial line with a wrong checksum.
@@ -209,6 +222,7 @@ impl Decoder {
                         judge(known, packet, &mut self.received[message], &mut self.values);
                     at += length;
                     self.line_begins = true;
+                    self.until_next = Some(0);
                     if known.told_by.is_some_and(|told_by| !told_by.repeats) {
                         self.asked = None;
                     }
@@ -216,14 +230,38 @@ impl Decoder {
                 }
                 Found::Beginning if self.buffer.len() - at < BYTES_MAX => break,
                 found => {
-                    self.checksum_failures += u64::from(matches!(found, Found::WrongChecksum));
+                    if let Found::WrongChecksum(length) = found {
+                        self.checksum_failures += 1;
+                        self.spoil(message, length, at);
+                    }
                     self.line_begins = matches!(self.buffer[at], b'\r' | b'\n');
-                    self.damaged += 1;
+                    // A part of a damaged message may be a good one: the search goes on at its next byte.
+                    self.until_next = match self.until_next {
+                        Some(0) | None => None,
+                        Some(bytes) => Some(bytes - 1),
+                    };
+                    self.damaged += u64::from(self.until_next.is_none());
                     at += 1;
                 }
             }
         }
         self.buffer.drain(..at);
+    }
+
+    /// Counts a `message` of `length` bytes with a wrong checksum, if one should begin `at` this place: elsewhere its first
+    /// bytes may be any. Its counter goes on as it should.
+    fn spoil(&mut self, message: usize, length: usize, at: usize) {
+        let mut others = (0..self.layout.messages.len()).filter(|other| *other != message);
+        let is_another = |other: usize| {
+            let found = self.layout.messages[other].find(&self.buffer[at..], &mut Vec::new());
+            matches!(found, Found::WrongChecksum(_))
+        };
+        let is_line = matches!(self.layout.messages[message].carrier, Carrier::Line(_));
+        if (is_line || self.until_next == Some(0)) && !others.any(is_another) {
+            self.until_next = Some(length);
+            self.received[message].damage();
+            *self.spoilt.entry(message).or_default() += 1;
+        }
     }
 
     /// The first message of the file that matches the bytes from `at` on, or otherwise that they may become, with its
@@ -239,7 +277,7 @@ impl Decoder {
             match (message.find(&self.buffer[at..], &mut self.values), &best.1) {
                 (whole @ Found::Whole(_), _) => return (index, whole),
                 (Found::Beginning, _) => best = (index, Found::Beginning),
-                (Found::WrongChecksum, Found::Nothing) => best = (index, Found::WrongChecksum),
+                (spoilt @ Found::WrongChecksum(_), Found::Nothing) => best = (index, spoilt),
                 _ => {}
             }
         }

@@ -291,7 +291,7 @@ impl Message {
                 }
                 let Some(packet) = data.get(..*length) else { return Found::Beginning };
                 if trailer.is_some_and(|trailer| !trailer.holds(packet)) {
-                    return Found::WrongChecksum;
+                    return Found::WrongChecksum(*length);
                 }
                 self.read(packet, values);
                 Found::Whole(*length)
@@ -300,7 +300,7 @@ impl Message {
                 let mut numbers = Vec::with_capacity(self.signals.len());
                 match pattern.read(data, &mut numbers) {
                     Match::No => Found::Nothing,
-                    Match::WrongChecksum => Found::WrongChecksum,
+                    Match::WrongChecksum(length) => Found::WrongChecksum(length),
                     Match::Partial => Found::Beginning,
                     Match::Whole(length) => {
                         let physical =
@@ -354,8 +354,8 @@ pub(super) enum Found {
     Nothing,
     /// It may begin here: more bytes are needed.
     Beginning,
-    /// Complete, except for a wrong checksum.
-    WrongChecksum,
+    /// Complete, with this length, except for a wrong checksum.
+    WrongChecksum(usize),
     /// Complete, with this length.
     Whole(usize),
 }

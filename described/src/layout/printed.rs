@@ -24,8 +24,8 @@ pub(crate) enum Match {
     Whole(usize),
     /// They may become the line.
     Partial,
-    /// They are the line, but for its checksum.
-    WrongChecksum,
+    /// The first bytes, this many, are the line, but for its checksum.
+    WrongChecksum(usize),
     /// They cannot become the line.
     No,
 }

@@ -9,6 +9,7 @@ use super::{Decoded, EncodeError, Layout, Medium, SignalName};
 use crate::Description;
 use crate::bits::BitField;
 use crate::file::ByteOrder;
+use crate::protection::Verdict;
 use proptest::prelude::*;
 use wire::can::{CanFrame, Id, StandardId};
 use wire::device::Transmit;
@@ -119,12 +120,55 @@ fn a_damaged_packet_is_refused_and_the_next_one_found() {
             let mut data = packet.clone();
             data[damaged] ^= 1 << bit;
             data.extend_from_slice(&packet);
-            let (found, skipped) = heard(&layout, &data);
+            let (mut decoder, mut found) = (layout.decoder(), Vec::new());
+            decoder.bytes(&data, &mut |decoded| found.push(read(decoded)));
             assert_eq!(found.len(), 1, "byte {damaged} bit {bit}");
             assert_eq!(found[0].0, expected.0);
-            assert_eq!(skipped, packet.len() as u64);
+            // Without its first two bytes it is no message at all.
+            let spoilt: Vec<_> = decoder.spoilt().map(|(of, count)| (&*of.name, count)).collect();
+            match damaged < 2 {
+                true => assert_eq!((decoder.damaged(), spoilt), (packet.len() as u64, vec![])),
+                false => assert_eq!((decoder.damaged(), spoilt), (0, vec![("Status", 1)])),
+            }
         }
     }
+}
+
+/// To a receiver the message is lost, and its sender counted on: it is not to blame.
+#[test]
+fn the_counter_of_a_packet_with_a_wrong_checksum_goes_on() {
+    let text = r#"
+        name = "sensor"
+        [serial]
+        baud = 115200
+        [[message]]
+        name = "Status"
+        sent_by = "device"
+        start = [0xAA, 0x55]
+        checksum = "crc16-modbus"
+        counter = { signal = "Alive" }
+        fields = [{ name = "Alive", type = "u8" }, { name = "Level", type = "u16" }]
+    "#;
+    let layout = described(text).layout().clone();
+    let packet = |number: f64, spoilt: bool| {
+        let mut data = bytes(layout.encode(0, &[number, 700.0]).unwrap());
+        data[4] ^= u8::from(spoilt);
+        data
+    };
+    let mut verdicts = Vec::new();
+    let mut decoder = layout.decoder();
+    for (number, spoilt) in [(0, false), (1, true), (2, false), (4, false)] {
+        let data = packet(f64::from(number), spoilt);
+        decoder.bytes(&data, &mut |found| verdicts.push(found.verdict));
+    }
+    let expected = [Verdict::Ok, Verdict::LostToDamage(1), Verdict::Lost(1)].map(Some);
+    assert_eq!(verdicts, expected);
+    assert_eq!((decoder.spoilt().count(), decoder.damaged()), (1, 0));
+    // Behind garbage, what looks like its beginning may be anything.
+    decoder.bytes(&[0], &mut |_| ());
+    decoder.bytes(&packet(5.0, true), &mut |_| ());
+    decoder.bytes(&packet(6.0, false), &mut |found| verdicts.push(found.verdict));
+    assert_eq!((verdicts.last(), decoder.damaged()), (Some(&Some(Verdict::Lost(1))), 8));
 }
 
 #[test]

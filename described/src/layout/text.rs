@@ -241,7 +241,7 @@ impl Pattern {
                 }
             };
         }
-        if is_sound { Match::Whole(at) } else { Match::WrongChecksum }
+        if is_sound { Match::Whole(at) } else { Match::WrongChecksum(at) }
     }
 
     /// The checksum in the line, if it has one.
@@ -333,7 +333,7 @@ mod tests {
         let mut numbers = Vec::new();
         for (line, found) in [
             ("$HEHDT,274.1,T*2F\r\n", Match::Whole(19)),
-            ("$HEHDT,274.2,T*2F\r\n", Match::WrongChecksum),
+            ("$HEHDT,274.2,T*2F\r\n", Match::WrongChecksum(19)),
             ("$HEHDT,274.1,T*2", Match::Partial),
             ("$HEHDT,274.1,T*2G\r\n", Match::No),
         ] {

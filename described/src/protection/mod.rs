@@ -78,6 +78,13 @@ pub(crate) struct Received {
     damaged: u64,
 }
 
+impl Received {
+    /// A message arrived whose counter says nothing, as its checksum is wrong.
+    pub(crate) const fn damage(&mut self) {
+        self.damaged += 1;
+    }
+}
+
 impl Protection {
     /// Fills in the next counter number and the checksum in the bytes of a message. The counter also advances in a
     /// message with a number of its own, so that only that message is out of sequence.
@@ -127,7 +134,7 @@ impl Protection {
             Some(Seal::Sum(_)) | None => true,
         };
         if !is_whole || self.sum(data).is_some_and(|(field, sum)| field.get(data) != sum) {
-            received.damaged += 1;
+            received.damage();
             return Verdict::WrongChecksum;
         }
         let damaged = std::mem::take(&mut received.damaged);
