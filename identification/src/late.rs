@@ -2,7 +2,7 @@
 
 use crate::problem::{Aggregate, Block, Channels};
 use crate::robust::Moments;
-use crate::signal::interpolate;
+use crate::signal::interpolate_near;
 
 /// Longest time after which a sensor shows what is, s. Assumption: gas analysers with their lines take minutes, and hardly anything
 /// takes longer. What is stamped later has a clock that nobody set.
@@ -44,10 +44,11 @@ pub(crate) fn delay(stretches: &[Stretch<'_>], interval: f64) -> Option<f64> {
     // Squares that are left with the truth moved, over those with it at its place, in rows that have both.
     let left = |delay: f64| -> Option<f64> {
         let (mut moved, mut still) = (Vec::new(), Vec::new());
+        let mut above = 0;
         for (Stretch { times, truth, .. }, row, reading) in &rows {
             let at = times[*row] - delay;
             if at >= times[0] && at <= times[times.len() - 1] {
-                moved.push((interpolate(times, truth, at), *reading));
+                moved.push((interpolate_near(times, truth, at, &mut above), *reading));
                 still.push((truth[*row], *reading));
             }
         }

@@ -1,136 +1,39 @@
 //! Least squares on whitened columns, one column at a time.
 
-/// Orthonormal columns that span what a model can explain.
-#[derive(Debug, Clone, Default)]
-pub struct Basis {
-    columns: Vec<Vec<f64>>,
-}
+mod basis;
+mod normal;
+mod sums;
 
-/// A column with less than this share of its length outside the basis counts as inside.
-const INDEPENDENT: f64 = 1e-6;
-
-/// Sum of products.
-#[inline]
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Several sums let the processor work in parallel; the order is always the same.
-    const SUMS: usize = 8;
-    let mut sums = [0.0; SUMS];
-    let (a8, b8) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
-    let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a8.zip(b8) {
-        for k in 0..SUMS {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
-}
-
-fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
-    for (value, other) in from.iter_mut().zip(column) {
-        *value -= factor * other;
-    }
-}
-
-/// Rows processed at a time, so that those of all columns stay in the cache.
-const ROWS: usize = 512;
-
-/// Removes the components along orthonormal `directions` from `columns`.
-fn take_out(directions: &[Vec<f64>], columns: &mut [Vec<f64>]) {
-    let rows = columns.first().map_or(0, Vec::len);
-    let chunks = || (0..rows).step_by(ROWS).map(|from| from..(from + ROWS).min(rows));
-    let mut shares = vec![0.0; directions.len() * columns.len()];
-    for chunk in chunks() {
-        let mut share = shares.iter_mut();
-        for column in &*columns {
-            for (q, share) in directions.iter().zip(&mut share) {
-                *share += dot(&q[chunk.clone()], &column[chunk.clone()]);
-            }
-        }
-    }
-    for chunk in chunks() {
-        let mut share = shares.iter();
-        for column in &mut *columns {
-            for (q, share) in directions.iter().zip(&mut share) {
-                subtract(&mut column[chunk.clone()], *share, &q[chunk.clone()]);
-            }
-        }
-    }
-}
-
-impl Basis {
-    /// Number of directions.
-    pub fn len(&self) -> usize {
-        self.columns.len()
-    }
-
-    /// Its directions.
-    pub fn columns(&self) -> &[Vec<f64>] {
-        &self.columns
-    }
-
-    /// Returns its directions.
-    pub fn into_columns(self) -> Vec<Vec<f64>> {
-        self.columns
-    }
-
-    /// Removes from `column` what the basis explains.
-    pub fn project(&self, column: &mut Vec<f64>) {
-        take_out(&self.columns, std::slice::from_mut(column));
-    }
-
-    /// Adds the new part of `column`; returns false if `column` has no new part.
-    pub fn push(&mut self, column: Vec<f64>) -> bool {
-        let before = self.len();
-        self.extend(vec![column]);
-        self.len() > before
-    }
-
-    /// Adds the new parts of `columns`.
-    pub fn extend(&mut self, columns: Vec<Vec<f64>>) {
-        let new = self.beyond(columns);
-        self.columns.extend(new.columns);
-    }
-
-    /// The new parts of `columns`, orthonormal.
-    pub fn beyond(&self, mut columns: Vec<Vec<f64>>) -> Self {
-        let length = |column: &[f64]| dot(column, column).sqrt();
-        columns.retain(|column| length(column) > 0.0 && length(column).is_finite());
-        let before: Vec<f64> = columns.iter().map(|column| length(column)).collect();
-        // Two passes suffice (Giraud, Langou and Rozloznik 2005).
-        for _ in 0..2 {
-            take_out(&self.columns, &mut columns);
-        }
-        let mut new = Self::default();
-        for (mut column, before) in columns.into_iter().zip(before) {
-            for _ in 0..2 {
-                new.project(&mut column);
-            }
-            let after = length(&column);
-            if after > INDEPENDENT * before {
-                column.iter_mut().for_each(|value| *value /= after);
-                new.columns.push(column);
-            }
-        }
-        new
-    }
-
-    /// How much of `column` the basis explains: the sum of squares of its parts along it.
-    pub fn explained(&self, column: &[f64]) -> f64 {
-        self.columns.iter().map(|q| dot(q, column).powi(2)).sum()
-    }
-}
-
-/// A least-squares solution.
-#[derive(Debug, Clone)]
-pub struct Solution {
-    /// One per column; 0 for a column that depends on those before it.
-    pub coefficients: Vec<f64>,
-    /// Inverse of the normal matrix; rows and columns of dependent ones are zero.
-    pub inverse: Vec<Vec<f64>>,
-}
+pub use basis::Basis;
+use basis::INDEPENDENT;
+pub use normal::{Normal, Solution};
+pub use sums::dot;
+use sums::subtract;
 
 /// Solves `columns x coefficients = target` in the least-squares sense.
 pub fn solve(columns: &[Vec<f64>], target: &[f64]) -> Solution {
+    Normal::of(columns, target).solution().unwrap_or_else(|| solve_slowly(columns, target))
+}
+
+/// Coefficients alone of the same.
+pub fn coefficients(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
+    let sure = Normal::of(columns, target).sure();
+    sure.unwrap_or_else(|| solve_slowly(columns, target).coefficients)
+}
+
+/// The same where the square of what is left of each row counts that many times.
+pub fn weighed(columns: &[Vec<f64>], target: &[f64], weights: &[f64]) -> Vec<f64> {
+    Normal::weighed(columns, target, weights).sure().unwrap_or_else(|| {
+        let weigh = |column: &[f64]| -> Vec<f64> {
+            column.iter().zip(weights).map(|(value, weight)| value * weight.sqrt()).collect()
+        };
+        let columns: Vec<Vec<f64>> = columns.iter().map(|column| weigh(column)).collect();
+        solve_slowly(&columns, &weigh(target)).coefficients
+    })
+}
+
+/// The same where columns nearly depend on others.
+fn solve_slowly(columns: &[Vec<f64>], target: &[f64]) -> Solution {
     let k = columns.len();
     // QR by modified Gram-Schmidt, applied twice; R upper triangular.
     let mut q: Vec<Vec<f64>> = Vec::with_capacity(k);
@@ -179,113 +82,6 @@ pub fn solve(columns: &[Vec<f64>], target: &[f64]) -> Solution {
         }
     }
     Solution { coefficients, inverse }
-}
-
-/// Normal equations of a least-squares fit, which can be summed over stretches of the data.
-#[derive(Debug, Clone)]
-pub struct Normal {
-    /// Products of columns: the triangle below the diagonal.
-    products: Vec<Vec<f64>>,
-    /// Products of columns with the target.
-    target: Vec<f64>,
-}
-
-/// Cholesky factor of the products, and the part of the target along each of its rows.
-struct Factors {
-    lower: Vec<Vec<f64>>,
-    half: Vec<f64>,
-}
-
-/// A column with less than this share of its square left beyond the columns before it depends on them.
-const DEPENDENT: f64 = 1e-11;
-
-impl Normal {
-    /// Equations of `width` columns and no rows.
-    pub fn new(width: usize) -> Self {
-        Self { products: (0..width).map(|i| vec![0.0; i + 1]).collect(), target: vec![0.0; width] }
-    }
-
-    /// Equations of all rows.
-    pub fn of(columns: &[Vec<f64>], target: &[f64]) -> Self {
-        let mut found = Self::new(columns.len());
-        for from in (0..target.len()).step_by(ROWS) {
-            found.add(columns, target, from..(from + ROWS).min(target.len()));
-        }
-        found
-    }
-
-    /// Adds the rows of `range`.
-    pub fn add(&mut self, columns: &[Vec<f64>], target: &[f64], range: std::ops::Range<usize>) {
-        for (i, column) in columns.iter().enumerate() {
-            let column = &column[range.clone()];
-            for (product, other) in self.products[i].iter_mut().zip(columns) {
-                *product += dot(column, &other[range.clone()]);
-            }
-            self.target[i] += dot(column, &target[range.clone()]);
-        }
-    }
-
-    /// Adds the rows of `other`.
-    pub fn join(&mut self, other: &Self) {
-        for (mine, its) in self.products.iter_mut().zip(&other.products) {
-            mine.iter_mut().zip(its).for_each(|(mine, its)| *mine += its);
-        }
-        self.target.iter_mut().zip(&other.target).for_each(|(mine, its)| *mine += its);
-    }
-
-    /// Sum of squares that the columns leave of a target with this sum of squares. `None` if the products do not determine it
-    /// to ten digits: a column nearly depends on others, or hardly anything is left.
-    pub fn left(&self, square: f64) -> Option<f64> {
-        /// Share of a column's square beyond the columns before it: below the range it counts as zero, above it as
-        /// certain.
-        const DOUBTFUL: std::ops::Range<f64> = 1e-14..1e-5;
-        /// Smallest share of the target's square that a difference of sums resolves.
-        const LEFT_MIN: f64 = 1e-5;
-        let Factors { lower, half } = self.factors(DOUBTFUL.start);
-        let explained: f64 = half.iter().map(|value| value * value).sum();
-        let left = square - explained;
-        let share = |(i, row): (usize, &Vec<f64>)| row[i] * row[i] / self.products[i][i];
-        let is_sure = !lower.iter().enumerate().map(share).any(|share| DOUBTFUL.contains(&share));
-        (is_sure && left > LEFT_MIN * square).then_some(left)
-    }
-
-    /// Cholesky factors; zeros for a column with less than this share of its square left beyond those before it.
-    fn factors(&self, dependent: f64) -> Factors {
-        let k = self.target.len();
-        let mut lower: Vec<Vec<f64>> = Vec::with_capacity(k);
-        let mut half = vec![0.0; k];
-        for i in 0..k {
-            let mut row = vec![0.0; i + 1];
-            for j in 0..i {
-                let sum: f64 = (0..j).map(|l| row[l] * lower[j][l]).sum();
-                row[j] =
-                    if lower[j][j] > 0.0 { (self.products[i][j] - sum) / lower[j][j] } else { 0.0 };
-            }
-            let own = self.products[i][i];
-            let left = own - row[..i].iter().map(|value| value * value).sum::<f64>();
-            row[i] = if left > dependent * own { left.sqrt() } else { 0.0 };
-            if row[i] > 0.0 {
-                let sum: f64 = (0..i).map(|l| row[l] * half[l]).sum();
-                half[i] = (self.target[i] - sum) / row[i];
-            }
-            lower.push(row);
-        }
-        Factors { lower, half }
-    }
-
-    /// Coefficients, one per column; 0 for a column that depends on those before it.
-    pub fn solve(&self) -> Vec<f64> {
-        let Factors { lower, half } = self.factors(DEPENDENT);
-        let k = self.target.len();
-        let mut found = vec![0.0; k];
-        for i in (0..k).rev() {
-            if lower[i][i] > 0.0 {
-                let sum: f64 = (i + 1..k).map(|l| lower[l][i] * found[l]).sum();
-                found[i] = (half[i] - sum) / lower[i][i];
-            }
-        }
-        found
-    }
 }
 
 #[cfg(test)]
@@ -339,6 +135,11 @@ mod tests {
         assert_eq!(found.coefficients[2], 0.0);
         // Variance of a slope: 1 / sum (x - mean)^2.
         assert!((found.inverse[1][1] - 0.1).abs() < 1e-12);
+        let independent = solve(&[ones.clone(), x.clone()], &y);
+        for (i, (fast, slow)) in independent.inverse.iter().zip(&found.inverse).enumerate() {
+            assert!((independent.coefficients[i] - found.coefficients[i]).abs() < 1e-12);
+            assert!(fast.iter().zip(slow).all(|(a, b)| (a - b).abs() < 1e-12), "{fast:?}");
+        }
         let mut basis = Basis::default();
         assert!(basis.push(ones) && basis.push(x.clone()) && !basis.push(y));
     }

@@ -8,7 +8,7 @@ pub(crate) use stands::without as without_standing;
 use crate::corrections::{Poses, leaves, reference_of};
 use crate::dataset::{Column, Dataset, Kind, Role};
 use crate::error::IdentifyError;
-use crate::linear::solve;
+use crate::linear::coefficients;
 use crate::problem::{Channels, motion, runs};
 use crate::robust::root_mean_square;
 use std::ops::Range;
@@ -161,7 +161,7 @@ fn beside_readings(read: Vec<f64>, truth: Vec<f64>) -> impl Fn(Range<usize>) -> 
             rows.iter().map(|&row| values[row]).collect()
         };
         let columns = [vec![1.0; rest.len()], of(&truth, &rest)];
-        let line = solve(&columns, &of(&read, &rest)).coefficients;
+        let line = coefficients(&columns, &of(&read, &rest));
         let [offset, slope] = line[..] else { return false };
         let error = |row: &usize| read[*row] - offset - slope * truth[*row];
         let inside: Vec<usize> = range.clone().filter(known).collect();

@@ -52,7 +52,7 @@ fn a_delay_is_as_certain_as_the_readings_allow() {
     let truth = |t: f64| tones.iter().map(|[a, f, p]| a * (TAU * f * t + p).sin()).sum::<f64>();
     let slope =
         |t: f64| tones.iter().map(|[a, f, p]| TAU * f * a * (TAU * f * t + p).cos()).sum::<f64>();
-    let times: Vec<f64> = (0..4000).map(|row| f64::from(row) * 0.05).collect();
+    let times: Vec<f64> = (0..2000).map(|row| f64::from(row) * 0.05).collect();
     let squares: f64 = times.iter().map(|t| slope(*t).powi(2)).sum();
     let least = 0.1 / squares.sqrt();
     let findings: Vec<(f64, Finding)> = (0..SETS)

@@ -1,6 +1,6 @@
 //! Least squares over legs: what a few columns leave, and how likely that is.
 
-use crate::linear::solve;
+use crate::linear::coefficients;
 use crate::robust;
 
 /// Residuals beyond this many root mean squares count as that many: slips and doubled rows must not decide.
@@ -9,7 +9,7 @@ const CLIPPED: f64 = 4.0;
 /// What `columns` leave of `target`.
 pub(super) fn left(columns: &[&[f64]], target: &[f64]) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = columns.iter().map(|column| column.to_vec()).collect();
-    let found = solve(&columns, target).coefficients;
+    let found = coefficients(&columns, target);
     let fitted = |i: usize| -> f64 {
         columns.iter().zip(&found).map(|(column, value)| column[i] * value).sum()
     };

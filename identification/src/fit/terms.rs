@@ -1,7 +1,7 @@
 //! Terms fitted to a block, with values, errors and rivals.
 
 use super::data::{Data, White, combine, less};
-use crate::linear::solve;
+use crate::linear::{solve, weighed};
 use crate::model::Shape;
 use crate::noise::NoiseModel;
 use crate::robust;
@@ -89,12 +89,9 @@ pub fn robust_fit(columns: &[Vec<f64>], target: &[f64]) -> RobustFit {
             break;
         }
         for (weight, value) in weights.iter_mut().zip(&residual) {
-            *weight = if value.abs() > limit { (limit / value.abs()).sqrt() } else { 1.0 };
+            *weight = if value.abs() > limit { limit / value.abs() } else { 1.0 };
         }
-        let weigh =
-            |column: &[f64]| column.iter().zip(&weights).map(|(c, w)| c * w).collect::<Vec<f64>>();
-        let weighed: Vec<Vec<f64>> = columns.iter().map(|column| weigh(column)).collect();
-        found.coefficients = solve(&weighed, &weigh(target)).coefficients;
+        found.coefficients = weighed(columns, target, &weights);
         residual = residual_of(&found.coefficients);
         scale = robust::spread(&residual);
     }

@@ -85,6 +85,11 @@ pub fn is_physical(
     {
         return false;
     }
+    // What holds a rate back takes it away and gives none.
+    if shape.form == Form::DeadZone && coefficients.iter().any(|value| value / channels.gain < 0.0)
+    {
+        return false;
+    }
     if shape.acts == Acts::Bias && !channels.of_sensor {
         return bears_acceleration(shape, channels, columns, coefficients);
     }
@@ -214,6 +219,19 @@ mod tests {
             let is_physical = |share: f64| is_physical(&play, &channels, &[], &[share * gain]);
             assert!(is_physical(0.3) && is_physical(1.02), "{gain}");
             assert!(!is_physical(-1.78), "{gain}");
+        }
+    }
+
+    /// Beside a scale error, a dead zone that adds an eighth is a gyro that clips.
+    #[test]
+    fn a_dead_zone_adds_nothing() {
+        let mut channels = channels();
+        let driver = Driver::plain(&channels.rotation_name);
+        let zone = Shape::new("dead_zone", Acts::DeadZone, driver, Form::DeadZone);
+        for gain in [1.0, -0.01] {
+            channels.gain = gain;
+            let is_physical = |part: f64| is_physical(&zone, &channels, &[], &[part * gain]);
+            assert!(is_physical(1.0) && !is_physical(-0.125), "{gain}");
         }
     }
 

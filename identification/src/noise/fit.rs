@@ -26,7 +26,7 @@ impl Residual<'_> {
         noise.left_out = self.outliers(&noise);
         for round in 0..2 {
             let before = noise.left_out.clone();
-            let search = Search::new(self, &before);
+            let search = Search::new(self, &before, false);
             if layout.is_poses() {
                 search.walks(&mut noise, round > 0);
             } else if layout.is_level() {
@@ -43,24 +43,9 @@ impl Residual<'_> {
         noise
     }
 
-    /// Tunes the parts of `start` to it, and returns the log-likelihood minus the price of the parts. Parts may be dropped;
-    /// none is added. Outliers stay, so that likelihoods can be compared.
+    /// Tunes the parts of `start` to it, and returns the log-likelihood minus the price of the parts.
     pub fn retune(self, start: &NoiseModel) -> (NoiseModel, f64) {
-        let search = Search::new(self, &start.left_out);
-        let mut noise = start.clone();
-        search.shrink(&mut noise);
-        search.tune(&mut noise, PART_PRICE);
-        let priced =
-            |noise: &NoiseModel| search.on_whole(noise) - PART_PRICE * noise.coloured.len() as f64;
-        let mut value = priced(&noise);
-        if search.proposes_by_views() {
-            // Tuned on views, which may mislead.
-            let untuned = priced(start);
-            if untuned > value {
-                (noise, value) = (start.clone(), untuned);
-            }
-        }
-        (noise, value)
+        Tuning(Search::new(self, &start.left_out, false)).retune(start)
     }
 
     /// The log-likelihood minus the price of the parts.
@@ -114,6 +99,41 @@ impl Residual<'_> {
                 if known { (spread / overall).clamp(0.05, 20.0) } else { 1.0 }
             })
             .collect()
+    }
+}
+
+/// Tunes noise to a residual beside columns of causes, many after one another.
+pub struct Tuning<'a>(Search<'a>);
+
+impl<'a> Tuning<'a> {
+    /// That of noise with these outliers.
+    pub fn new(of: Residual<'a>, left_out: &'a [bool]) -> Self {
+        Self(Search::new(of, left_out, true))
+    }
+
+    /// The same beside `more` columns.
+    pub fn beside(&self, more: &[Vec<f64>]) -> Self {
+        Self(self.0.beside(more))
+    }
+
+    /// Tunes the parts of `start`, and returns the log-likelihood minus the price of the parts. Parts may be dropped;
+    /// none is added. Outliers stay, so that likelihoods can be compared.
+    pub fn retune(&self, start: &NoiseModel) -> (NoiseModel, f64) {
+        let Self(search) = self;
+        let mut noise = start.clone();
+        search.shrink(&mut noise);
+        search.tune(&mut noise, PART_PRICE);
+        let priced =
+            |noise: &NoiseModel| search.on_whole(noise) - PART_PRICE * noise.coloured.len() as f64;
+        let mut value = priced(&noise);
+        if search.proposes_by_views() {
+            // Tuned on views, which may mislead.
+            let untuned = priced(start);
+            if untuned > value {
+                (noise, value) = (start.clone(), untuned);
+            }
+        }
+        (noise, value)
     }
 }
 

@@ -16,6 +16,18 @@ pub struct Gains {
     pub gain: [f64; STATES_MAX],
 }
 
+impl Gains {
+    /// Those of a filter with fewer states.
+    pub fn of<const S: usize>(keep: [f64; S], gain: [f64; S]) -> Self {
+        let of = |few: [f64; S]| {
+            let mut all = [0.0; STATES_MAX];
+            all[..S].copy_from_slice(&few);
+            all
+        };
+        Self { keep: of(keep), gain: of(gain) }
+    }
+}
+
 /// The Kalman filter for given times and a given noise. Observations share their gains once it has settled.
 #[derive(Debug, Clone, Default)]
 pub struct Filter {
@@ -229,10 +241,7 @@ impl Last {
     }
 }
 
-pub(super) fn has_settled(
-    before: &[[f64; STATES_MAX]; STATES_MAX],
-    after: &[[f64; STATES_MAX]; STATES_MAX],
-) -> bool {
+pub(super) fn has_settled<const S: usize>(before: &[[f64; S]; S], after: &[[f64; S]; S]) -> bool {
     let pairs = before.iter().flatten().zip(after.iter().flatten());
     pairs.into_iter().all(|(before, after)| (before - after).abs() <= SETTLED * after.abs())
 }

@@ -4,6 +4,7 @@ use super::pose_filter::Latest;
 use super::poses::Poses;
 use crate::noise::NoiseModel;
 use crate::problem::{Aggregate, Block, Channels};
+use std::cell::OnceCell;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -29,6 +30,8 @@ pub struct Layout {
     pub(super) poses: Option<Rc<Poses>>,
     /// Whiteners of them.
     pub(super) latest: Rc<Latest>,
+    /// Once it was asked for.
+    pub(super) interval: OnceCell<f64>,
 }
 
 impl Layout {
@@ -110,15 +113,16 @@ impl Layout {
 
     /// Typical time from one observation to the next.
     pub fn interval(&self) -> f64 {
-        let mut steps: Vec<f64> = self
-            .step
-            .iter()
-            .zip(&self.starts)
-            .filter(|(_, s)| !**s)
-            .map(|(step, _)| *step)
-            .collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0).unwrap_or(1.0)
+        *self.interval.get_or_init(|| {
+            let follows = self.step.iter().zip(&self.starts).filter(|(_, starts)| !**starts);
+            let mut steps: Vec<f64> = follows.map(|(step, _)| *step).collect();
+            let middle = steps.len() / 2;
+            if steps.is_empty() {
+                return 1.0;
+            }
+            let middle = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+            if middle > 0.0 { middle } else { 1.0 }
+        })
     }
 
     /// Longest stretch of time.

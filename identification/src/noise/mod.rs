@@ -11,9 +11,10 @@ mod poses;
 mod residual;
 mod search;
 mod slow;
+mod view;
 mod whiten;
 
-pub use fit::TIME_CAUTION;
+pub use fit::{TIME_CAUTION, Tuning};
 pub use layout::Layout;
 pub use residual::Residual;
 pub use slow::slow;

@@ -27,7 +27,6 @@ impl Residual<'_> {
             basis.project(&mut target);
             dot(&target, &target)
         });
-        let n = whitener.used() as f64;
-        -0.5 * (n * (sum.max(f64::MIN_POSITIVE) / n).ln() + whitener.log_determinant)
+        whitener.log_likelihood(sum)
     }
 }

@@ -1,10 +1,9 @@
 //! Search for the parts of a noise: views of the record propose correlation times, the whole record judges them.
 
-use super::layout::means;
 use super::residual::Residual;
+use super::view::View;
 use super::whiten::COLOURED_MAX;
 use super::{Coloured, Layout, NoiseModel};
-use std::borrow::Cow;
 use std::cell::RefCell;
 
 /// Maximum number of coloured parts; more explain nothing further.
@@ -22,28 +21,6 @@ const THINNED: usize = 2500;
 const WALKS: (i32, i32) = (-8, 5);
 /// A correlation time shows in the thinned record from this multiple of its interval on.
 const SHOWS_FROM: f64 = 4.0;
-
-/// The record as the search for correlation times of one order sees it.
-struct View<'a> {
-    layout: Cow<'a, Layout>,
-    values: Cow<'a, [f64]>,
-    columns: Cow<'a, [Vec<f64>]>,
-    left_out: Cow<'a, [bool]>,
-    /// Variance of its white noise over that of a single observation.
-    white: f64,
-    /// Information in the whole record over that in the view.
-    weight: f64,
-}
-
-impl View<'_> {
-    fn value(&self, noise: &NoiseModel) -> f64 {
-        let mut noise = noise.clone();
-        noise.white *= self.white;
-        noise.left_out = self.left_out.to_vec();
-        let Self { layout, values, columns, .. } = self;
-        self.weight * Residual { layout, values, columns }.log_likelihood(&noise)
-    }
-}
 
 /// Searches for the coloured parts and the walk of a noise.
 pub(super) struct Search<'a> {
@@ -63,23 +40,16 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(of: Residual<'a>, left_out: &'a [bool]) -> Self {
-        let Residual { layout, values, columns } = of;
-        let n = layout.len();
-        let whole = || View {
-            layout: Cow::Borrowed(layout),
-            values: Cow::Borrowed(values),
-            columns: Cow::Borrowed(columns),
-            left_out: Cow::Borrowed(left_out),
-            white: 1.0,
-            weight: 1.0,
-        };
+    /// A search in `of`, without what is `left_out`; many `others` will follow beside further columns.
+    pub(super) fn new(of: Residual<'a>, left_out: &'a [bool], others: bool) -> Self {
+        let (layout, n) = (of.layout, of.layout.len());
+        let whole = View::whole(of, left_out, others);
         // On levels a coloured part is a rate; its variance is scaled so that 1 adds much in one step.
         let unit = if layout.is_level() { layout.interval().powi(-2) * 1e-2 } else { 1.0 };
         let mut search = Self {
-            whole: whole(),
             known: RefCell::default(),
-            fine: whole(),
+            fine: whole.again(),
+            whole,
             coarse: None,
             correlations: correlations(layout),
             unit,
@@ -89,36 +59,26 @@ impl<'a> Search<'a> {
         };
         if n > WHOLE_MAX && !layout.is_level() {
             let block = n.div_ceil(THINNED);
-            let (thin, groups) = layout.thinned(block);
-            let is_out = |i: usize| left_out[i];
-            let mean = |values: &[f64]| means(&groups, values, is_out);
-            let coarse = View {
-                values: Cow::Owned(mean(values)),
-                columns: Cow::Owned(columns.iter().map(|column| mean(column)).collect()),
-                left_out: Cow::Owned(
-                    groups.iter().map(|range| range.clone().all(is_out)).collect(),
-                ),
-                white: 1.0 / block as f64,
-                weight: 1.0,
-                layout: Cow::Owned(thin),
-            };
             let shows_from = SHOWS_FROM * block as f64 * layout.interval();
+            search.coarse = Some((search.whole.means(block), shows_from));
             // Single observations, in the middle of the record.
             let from = (n - WHOLE_MAX) / 2;
-            let range = from..from + WHOLE_MAX;
-            search.fine = View {
-                layout: Cow::Owned(layout.part(range.clone())),
-                values: Cow::Owned(values[range.clone()].to_vec()),
-                columns: Cow::Owned(
-                    columns.iter().map(|column| column[range.clone()].to_vec()).collect(),
-                ),
-                left_out: Cow::Owned(left_out[range].to_vec()),
-                white: 1.0,
-                weight: n as f64 / WHOLE_MAX as f64,
-            };
-            search.coarse = Some((coarse, shows_from));
+            search.fine = search.whole.stretch(from..from + WHOLE_MAX);
         }
         search
+    }
+
+    /// The same beside `more` columns.
+    pub(super) fn beside(&self, more: &[Vec<f64>]) -> Self {
+        let of = |view: &View<'a>| view.beside(&self.whole, more);
+        Self {
+            whole: of(&self.whole),
+            known: RefCell::default(),
+            fine: of(&self.fine),
+            coarse: self.coarse.as_ref().map(|(view, from)| (of(view), *from)),
+            correlations: self.correlations.clone(),
+            ..*self
+        }
     }
 
     /// Whether the record is so long that only the final decision uses all of it.
@@ -185,9 +145,11 @@ impl<'a> Search<'a> {
         exponents[1..].copy_from_slice(&noise.slide.unwrap_or_default());
         let mut exponents = exponents.map(|walk| (walk / unit).max(f64::MIN_POSITIVE).log10());
         let order = [(0, known), (1, known), (2, known), (0, true), (1, true), (2, true)];
+        let mut known = None;
         for (which, is_near) in order {
             let at = |exponent: f64| (self.fine.value(&set(noise, which, exponent)), exponent);
-            let now = at(exponents[which]);
+            // The best of one walk is where the next begins.
+            let now = known.map_or_else(|| at(exponents[which]), |value| (value, exponents[which]));
             let best = if is_near {
                 finer(now, &[1.0, 0.5, 0.25, 0.12], at)
             } else {
@@ -196,7 +158,7 @@ impl<'a> Search<'a> {
                 let best = every.fold(now, |a, b| if b.0 > a.0 { b } else { a });
                 finer(best, &[1.0, 0.5, 0.25, 0.12], at)
             };
-            exponents[which] = best.1;
+            (exponents[which], known) = (best.1, Some(best.0));
             *noise = set(noise, which, best.1);
         }
     }

@@ -39,6 +39,8 @@ const THINNED: usize = 1200;
 const OBSERVATIONS_MIN: usize = 100;
 /// Maximum number of stretches; more are too short.
 const STRETCHES_MAX: usize = 40;
+/// A column with less than this share of its square beyond those before it depends on them.
+const DEPENDENT: f64 = 1e-12;
 /// Variances that are tried, in decades over that of a mean's white noise, and the finest step between them.
 const DECADES: std::ops::RangeInclusive<i32> = -4..=3;
 const FINEST: f64 = 0.1;
@@ -144,9 +146,9 @@ impl Means {
             let before = dot(&column, &column);
             basis.project(&mut column);
             let left = dot(&column, &column);
-            // A column that depends on another removes nothing more.
-            if basis.push(column) {
-                determinant += left.max(f64::MIN_POSITIVE * before).ln();
+            // A column that depends on others removes nothing more: what rounding leaves of it is none.
+            if left > DEPENDENT * before && basis.push(column) {
+                determinant += left.ln();
             }
         }
         let mut white = whitener.apply(&self.residual);

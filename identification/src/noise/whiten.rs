@@ -35,24 +35,39 @@ impl Whitener {
             let new = || PoseFilter::new(poses, (&layout.run, &layout.spread), noise);
             return Self::of_poses(layout.latest.filter(noise, new));
         }
+        let states = noise.coloured.len().min(COLOURED_MAX) + usize::from(layout.is_level());
+        let mut whitener = match states {
+            0 => return Self::weighed(layout, noise),
+            1 => Self::filtering::<1>(layout, noise),
+            2 => Self::filtering::<2>(layout, noise),
+            3 => Self::filtering::<3>(layout, noise),
+            4 => Self::filtering::<4>(layout, noise),
+            _ => Self::filtering::<STATES_MAX>(layout, noise),
+        };
+        if let Some(poses) = &layout.poses {
+            whitener.unknown_starts =
+                poses.unknown_starts(&whitener.innovations(&poses.start_errors));
+        }
+        whitener
+    }
+
+    /// A whitener with that many states.
+    fn filtering<const S: usize>(layout: &Layout, noise: &NoiseModel) -> Self {
         let n = layout.len();
         let levels = layout.is_level();
         let offset = usize::from(levels);
-        let m = noise.coloured.len().min(COLOURED_MAX);
-        let states = m + offset;
-        if states == 0 {
-            return Self::weighed(layout, noise);
-        }
         let (starts, seen) = (layout.starts.clone(), layout.gain.clone());
-        let filter =
-            Filter { states, levels, starts, seen, step: layout.step.clone(), ..Filter::default() };
-        let mut whitener =
-            Self { filter, poses: None, log_determinant: 0.0, unknown_starts: Rc::default() };
-        whitener.filter.weight.reserve_exact(n);
+        let step = layout.step.clone();
+        let mut filter = Filter { states: S, levels, starts, seen, step, ..Filter::default() };
+        filter.weight.reserve_exact(n);
+        filter.which.reserve_exact(n);
+        let mut log_determinant = Logarithms::default();
         // Logarithms per run: there are fewer runs than observations.
         let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
         let mut last = Last::default();
-        let mut p = [[0.0; STATES_MAX]; STATES_MAX];
+        let mut p = [[0.0; S]; S];
+        // Most observations come as long after the one before as that after its own.
+        let (mut kept_over, mut kept) = (f64::NAN, [0.0; S]);
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
             let log_scale = log_scales.get(layout.run[i]).copied().unwrap_or(0.0);
@@ -67,88 +82,85 @@ impl Whitener {
             };
             let varies = skip || layout.starts[i];
             if !varies && last.repeats(&inputs) {
-                whitener.filter.weight.push(last.weight / scale);
-                whitener.filter.which.push(last.which);
-                whitener.log_determinant += last.log_variance + log_scale;
+                filter.weight.push(last.weight / scale);
+                filter.which.push(last.which);
+                log_determinant.sum += last.log_variance + log_scale;
                 continue;
             }
             let before = p;
-            let mut keep = [0.0; STATES_MAX];
+            let mut keep = [0.0; S];
             if layout.starts[i] {
-                p = [[0.0; STATES_MAX]; STATES_MAX];
+                p = [[0.0; S]; S];
                 if levels && layout.poses.is_none() {
                     p[0][0] = DIFFUSE * noise.white.max(noise.walk);
                 }
-                for (k, part) in noise.coloured.iter().take(m).enumerate() {
-                    p[k + offset][k + offset] = part.variance;
+                for (k, part) in (offset..S).zip(&noise.coloured) {
+                    p[k][k] = part.variance;
                 }
             } else {
                 let step = layout.step[i];
+                if step != kept_over {
+                    for (k, part) in (offset..S).zip(&noise.coloured) {
+                        kept[k] = (-step / part.correlation_s).exp();
+                    }
+                    kept_over = step;
+                }
+                keep = kept;
                 if levels {
                     keep[0] = 1.0;
                 }
-                for (k, part) in noise.coloured.iter().take(m).enumerate() {
-                    keep[k + offset] = if part.correlation_s.is_finite() {
-                        (-step / part.correlation_s).exp()
-                    } else {
-                        f64::from(u8::from(!layout.new_run[i]))
-                    };
+                for (k, part) in (offset..S).zip(&noise.coloured) {
+                    if !part.correlation_s.is_finite() {
+                        keep[k] = f64::from(u8::from(!layout.new_run[i]));
+                    }
                 }
-                predict(&mut p, &keep, step, states, levels);
+                predict(&mut p, &keep, step, levels);
                 if levels {
                     p[0][0] += noise.walk * layout.activity[i] * own * own;
                 }
-                for (k, part) in noise.coloured.iter().take(m).enumerate() {
-                    p[k + offset][k + offset] +=
-                        part.variance * (1.0 - keep[k + offset] * keep[k + offset]);
+                for (k, part) in (offset..S).zip(&noise.coloured) {
+                    p[k][k] += part.variance * (1.0 - keep[k] * keep[k]);
                 }
             }
             // What an observation measures: the level, or the sum of the coloured parts.
-            let mut h = [0.0; STATES_MAX];
+            let mut h = [layout.gain[i]; S];
             if levels {
+                h = [0.0; S];
                 h[0] = 1.0;
-            } else {
-                h[..states].fill(layout.gain[i]);
             }
-            let mut ph = [0.0; STATES_MAX];
+            let mut ph = [0.0; S];
             let mut s = if skip { 1.0 } else { noise.white * own * own };
-            for a in 0..states {
-                for b in 0..states {
+            for a in 0..S {
+                for b in 0..S {
                     ph[a] += p[a][b] * h[b];
                 }
                 s += h[a] * ph[a];
             }
-            let mut gain = [0.0; STATES_MAX];
+            let mut gain = [0.0; S];
             if skip || !(s > 0.0) {
-                whitener.filter.weight.push(0.0);
+                filter.weight.push(0.0);
             } else {
-                for a in 0..states {
+                for a in 0..S {
                     gain[a] = ph[a] / s;
                 }
-                for a in 0..states {
-                    for b in 0..states {
+                for a in 0..S {
+                    for b in 0..S {
                         p[a][b] -= gain[a] * ph[b];
                     }
                 }
-                whitener.filter.weight.push(1.0 / (s.sqrt() * scale));
-                whitener.log_determinant += s.ln() + log_scale;
+                filter.weight.push(1.0 / (s.sqrt() * scale));
+                log_determinant.add(s);
+                log_determinant.sum += log_scale;
             }
-            let which = whitener.filter.push(Gains { keep, gain });
+            let which = filter.push(Gains::of(keep, gain));
             let is_settled =
                 !varies && s > 0.0 && last.is_like(&inputs) && has_settled(&before, &p);
-            last = Last {
-                inputs: Some(inputs),
-                which,
-                weight: 1.0 / s.sqrt(),
-                log_variance: s.ln(),
-                is_settled,
-            };
+            let log_variance = if is_settled { s.ln() } else { f64::NAN };
+            let (inputs, weight) = (Some(inputs), 1.0 / s.sqrt());
+            last = Last { inputs, which, weight, log_variance, is_settled };
         }
-        if let Some(poses) = &layout.poses {
-            whitener.unknown_starts =
-                poses.unknown_starts(&whitener.innovations(&poses.start_errors));
-        }
-        whitener
+        let log_determinant = log_determinant.total();
+        Self { filter, poses: None, log_determinant, unknown_starts: Rc::default() }
     }
 
     /// A whitener for white noise, which does not depend on the past.
@@ -232,6 +244,13 @@ impl Whitener {
         &self.filter.weight
     }
 
+    /// Logarithm of the likelihood of observations of which this sum of squares is left, with the scale of the noise at its
+    /// best value.
+    pub fn log_likelihood(&self, square: f64) -> f64 {
+        let n = self.used() as f64;
+        -0.5 * (n * (square.max(f64::MIN_POSITIVE) / n).ln() + self.log_determinant)
+    }
+
     /// Number of observations with a weight.
     pub fn used(&self) -> usize {
         let unknown: usize =
@@ -240,40 +259,54 @@ impl Whitener {
     }
 }
 
+/// A sum of logarithms, that of a product of several at a time.
+struct Logarithms {
+    sum: f64,
+    product: f64,
+}
+
+impl Default for Logarithms {
+    fn default() -> Self {
+        Self { sum: 0.0, product: 1.0 }
+    }
+}
+
+impl Logarithms {
+    fn add(&mut self, value: f64) {
+        /// Within it the product with a value in it is no less exact.
+        const RANGE: std::ops::Range<f64> = 1e-140..1e140;
+        if !RANGE.contains(&value) {
+            self.sum += value.ln();
+            return;
+        }
+        self.product *= value;
+        if !RANGE.contains(&self.product) {
+            self.sum += self.product.ln();
+            self.product = 1.0;
+        }
+    }
+
+    fn total(&self) -> f64 {
+        self.sum + self.product.ln()
+    }
+}
+
 /// Propagates `p` to `F p F'`: each coloured part decays; the level adds their sum times the step.
-fn predict(
-    p: &mut [[f64; STATES_MAX]; STATES_MAX],
-    keep: &[f64; STATES_MAX],
-    step: f64,
-    states: usize,
-    levels: bool,
-) {
-    let mut f = [[0.0; STATES_MAX]; STATES_MAX];
-    for a in 0..states {
-        f[a][a] = keep[a];
-        if levels && a > 0 {
-            f[0][a] = step;
+fn predict<const S: usize>(p: &mut [[f64; S]; S], keep: &[f64; S], step: f64, levels: bool) {
+    if levels {
+        // `F p`, then `(F p) F'`: the level first, from the values of the others before.
+        for b in 0..S {
+            let others: f64 = (1..S).map(|c| step * p[c][b]).sum();
+            p[0][b] += others;
+        }
+        for a in 0..S {
+            let others: f64 = (1..S).map(|c| step * p[a][c]).sum();
+            p[a][0] += others;
         }
     }
-    let mut fp = [[0.0; STATES_MAX]; STATES_MAX];
-    for a in 0..states {
-        for b in 0..states {
-            fp[a][b] = f[a][a] * p[a][b];
-            if levels && a == 0 {
-                for c in 1..states {
-                    fp[0][b] += f[0][c] * p[c][b];
-                }
-            }
-        }
-    }
-    for a in 0..states {
-        for b in 0..states {
-            p[a][b] = fp[a][b] * f[b][b];
-            if levels && b == 0 {
-                for c in 1..states {
-                    p[a][0] += fp[a][c] * f[0][c];
-                }
-            }
+    for a in 0..S {
+        for b in 0..S {
+            p[a][b] *= keep[a] * keep[b];
         }
     }
 }

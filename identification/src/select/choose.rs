@@ -1,13 +1,12 @@
 //! One round: decides whether anything is missing, and what.
 use super::period::{loudness, periods};
-use super::record::{Seen, View};
 use super::refine::refine;
 use super::scene::{NOTHING, Scene, Score};
 use crate::candidates::{Candidate, Family, narrow_on};
 use crate::fit::Data;
 use crate::linear::{Basis, dot};
 use crate::model::{Acts, Shape, Wrap, is_delay};
-use crate::noise::{NoiseModel, TIME_CAUTION};
+use crate::noise::{NoiseModel, TIME_CAUTION, Tuning};
 use crate::significance::surprise_chi2;
 
 /// A candidate with its numbers at their best.
@@ -72,8 +71,7 @@ const NATS_OF_SHAPE: f64 = 1.0;
 pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     let data = scene.data;
     let mut scored: Vec<(Candidate, Score, f64)> = Vec::new();
-    let mut look = |candidate: &Candidate, view: View, tests: f64| {
-        let score = scene.look_at(&candidate.shape, view);
+    let mut look = |candidate: &Candidate, score: Score, tests: f64| {
         if score.width > 0 {
             let toll = candidate.family.toll(Some(tests));
             scored.push((candidate.clone(), score, score.surprise - toll));
@@ -83,12 +81,12 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     for family in [Family::Library, Family::Memory, Family::Smooth, Family::Pair, Family::Step] {
         let tests = family.tests(every.iter().map(|seen| &seen.candidate));
         for seen in every.iter().filter(|seen| seen.candidate.family == family) {
-            look(&seen.candidate, seen.view, tests);
+            look(&seen.candidate, scene.look_at_seen(seen), tests);
         }
     }
     let (found, tests) = periods(scene);
     for candidate in &found {
-        look(candidate, scene.record.view(&candidate.shape), tests);
+        look(candidate, scene.look(&candidate.shape), tests);
     }
     let is_wave = |one: &&mut (Candidate, Score, f64)| one.0.family == Family::Periodic;
     for (candidate, score, strength) in scored.iter_mut().filter(is_wave) {
@@ -210,8 +208,8 @@ pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
         .record
         .pairs()
         .iter()
-        .map(|Seen { candidate, view }| {
-            let score = scene.look_at(&candidate.shape, *view);
+        .map(|seen| {
+            let (candidate, score) = (&seen.candidate, scene.look_at_seen(seen));
             (candidate.clone(), score, score.surprise - candidate.family.toll(None))
         })
         .collect();
@@ -331,9 +329,8 @@ fn is_offset_or_trend(column: &[f64]) -> bool {
 /// Measures a candidate with the noise fitted anew with it and without it: under coloured noise a slow effect and the
 /// noise can replace one another.
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
-    let mut columns = null.columns.to_vec();
-    columns.extend(contender.columns(scene.data));
-    let (noise, likelihood) = scene.data.residual(&columns).retune(null.noise);
+    let tuning = null.tuning.beside(&contender.columns(scene.data));
+    let (noise, likelihood) = tuning.retune(null.noise);
     let mut null_likelihood = null.likelihood;
     if !scene.record.means.is_empty() {
         // On a long record, slightly better noise gains more than most effects, so both sides get it.
@@ -360,6 +357,7 @@ pub struct Profile<'a> {
     /// Columns of the model so far.
     pub columns: &'a [Vec<f64>],
     pub noise: &'a NoiseModel,
+    pub tuning: &'a Tuning<'a>,
     /// Logarithm of its likelihood.
     pub likelihood: f64,
 }

@@ -7,9 +7,8 @@ use crate::model::{Acts, Shape, exposure};
 use crate::problem::Aggregate;
 use crate::robust;
 use crate::significance::surprise_chi2;
-use rustfft::algorithm::Radix4;
+use rustfft::Fft;
 use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftDirection};
 
 /// Maximum number of samples of the transform.
 const SAMPLES_MAX: usize = 1 << 21;
@@ -57,8 +56,7 @@ impl Frequencies {
                 spectrum[bin].re += score * exposed.per_row[row];
             }
         }
-        // Without the planner, whose every algorithm would be compiled for this one length.
-        Radix4::new(self.length, FftDirection::Forward).process(&mut spectrum);
+        scene.record.transform(self.length).process(&mut spectrum);
         Some(spectrum[..=self.length / 2].iter().map(|value| value.norm_sqr()).collect())
     }
 

@@ -4,7 +4,10 @@ use crate::candidates::{Candidate, all, pairs};
 use crate::fit::Data;
 use crate::model::{Shape, Timing};
 use crate::problem::Aggregate;
-use std::cell::OnceCell;
+use rustfft::FftDirection;
+use rustfft::algorithm::Radix4;
+use std::borrow::Cow;
+use std::cell::{Cell, OnceCell};
 
 /// Number of rows from which a record is long, and the approximate numbers of means it is reduced to, fewest first.
 const LONG_FROM: usize = 50_000;
@@ -18,7 +21,13 @@ pub struct Record<'a> {
     timing: Option<Timing>,
     candidates: OnceCell<Vec<Seen>>,
     pairs: OnceCell<Vec<Seen>>,
+    /// Number of values of columns that may still be kept.
+    room: Cell<usize>,
+    transform: OnceCell<Radix4<f64>>,
 }
+
+/// Maximum number of values of columns that are kept (64 MB).
+const VALUES_MAX: usize = 8_000_000;
 
 /// Where a shape is measured: the index of the means, or their number for every row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +38,8 @@ pub struct Seen {
     pub candidate: Candidate,
     /// The view in which it shows.
     pub view: View,
+    /// Its columns there, once they were asked for.
+    columns: OnceCell<Vec<Vec<f64>>>,
 }
 
 impl<'a> Record<'a> {
@@ -43,7 +54,31 @@ impl<'a> Record<'a> {
         } else {
             Vec::new()
         };
-        Self { data, means, timing, candidates: OnceCell::new(), pairs: OnceCell::new() }
+        let (candidates, pairs, transform) = Default::default();
+        Self { data, means, timing, candidates, pairs, room: Cell::new(VALUES_MAX), transform }
+    }
+
+    /// The columns of a shape in a view.
+    pub fn columns(&self, shape: &Shape, view: View) -> Vec<Vec<f64>> {
+        self.means.get(view.0).map_or(self.data, Means::data).columns(shape)
+    }
+
+    /// The columns of a candidate in its view. They are the same in every round.
+    pub fn columns_of<'s>(&self, seen: &'s Seen) -> Cow<'s, [Vec<f64>]> {
+        if let Some(known) = seen.columns.get() {
+            return Cow::Borrowed(known);
+        }
+        let found = self.columns(&seen.candidate.shape, seen.view);
+        let size: usize = found.iter().map(Vec::len).sum();
+        let Some(room) = self.room.get().checked_sub(size) else { return Cow::Owned(found) };
+        self.room.set(room);
+        Cow::Borrowed(seen.columns.get_or_init(|| found))
+    }
+
+    /// The Fourier transform of that many samples, which are as many in every round. Made without the planner, whose every
+    /// algorithm would be compiled for this one length.
+    pub fn transform(&self, samples: usize) -> &Radix4<f64> {
+        self.transform.get_or_init(|| Radix4::new(samples, FftDirection::Forward))
     }
 
     /// The view with the fewest means that show all of `shape`.
@@ -68,7 +103,11 @@ impl<'a> Record<'a> {
     }
 
     fn seen(&self, candidates: Vec<Candidate>) -> Vec<Seen> {
-        let seen = |candidate: Candidate| Seen { view: self.view(&candidate.shape), candidate };
+        let seen = |candidate: Candidate| Seen {
+            view: self.view(&candidate.shape),
+            candidate,
+            columns: OnceCell::new(),
+        };
         candidates.into_iter().map(seen).collect()
     }
 }

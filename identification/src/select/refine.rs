@@ -63,6 +63,13 @@ fn bounds(shape: &Shape, data: Data<'_>, name: &str, now: f64, sweep: usize) -> 
             } * narrow;
             (now - reach, now + reach)
         }
+        "limit" => {
+            // Beyond what was seen nothing is clipped, and a search that begins there finds no slope.
+            let values = crate::model::see(data.channels, &shape.drivers[0], &shape.fixed);
+            let sizes = values.iter().flat_map(|values| values.iter().map(|value| value.abs()));
+            let factor = 1.0 + 1.5 * narrow;
+            (now / factor, (now * factor).min(robust::ends(sizes).1))
+        }
         _ => {
             let factor = 1.0 + 1.5 * narrow;
             (data.told(shape, name, now / factor), data.told(shape, name, now * factor))

@@ -1,8 +1,8 @@
 //! One block of equations with the model so far subtracted, in which candidates are measured.
 use super::means::Means;
-use super::record::{Record, View};
+use super::record::{Record, Seen, View};
 use crate::fit::{Data, combine, folds, less};
-use crate::linear::{Basis, dot, solve};
+use crate::linear::{Basis, dot, weighed};
 use crate::model::Shape;
 use crate::noise::{NoiseModel, Whitener};
 use crate::robust;
@@ -162,22 +162,29 @@ impl<'a> Scene<'a> {
 
     /// The same if the view of `shape` is known.
     pub fn look_at(&self, shape: &Shape, view: View) -> Score {
-        if let (Some(on), Some(means)) = (self.means.get(view.0), self.record.means.get(view.0)) {
-            let columns = means.data().columns(shape);
-            return self.beyond(&on.basis, &on.whitener, &on.scores, &columns);
+        self.look_at_columns(&self.record.columns(shape, view), view)
+    }
+
+    /// The same of a candidate.
+    pub fn look_at_seen(&self, seen: &Seen) -> Score {
+        self.look_at_columns(&self.record.columns_of(seen), seen.view)
+    }
+
+    fn look_at_columns(&self, columns: &[Vec<f64>], view: View) -> Score {
+        if let Some(on) = self.means.get(view.0) {
+            return self.beyond(&on.basis, &on.whitener, &on.scores, columns);
         }
         let Some(thin) = &self.thin else {
-            return self.score(shape);
+            return self.score_columns(columns);
         };
-        let columns = self.data.columns(shape);
         if columns.is_empty() || !(self.variance > 0.0) {
             return NOTHING;
         }
         let mut white = Vec::with_capacity(columns.len());
-        for whole in self.whitener.apply_all(&columns) {
+        for whole in self.whitener.apply_all(columns) {
             let summed = sums(&whole, thin.block);
             if dot(&summed, &summed) < KEPT_MIN * dot(&whole, &whole) {
-                return self.score_columns(&columns);
+                return self.score_columns(columns);
             }
             white.push(summed);
         }
@@ -265,22 +272,16 @@ pub(super) fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64
     };
     let mut total = 0.0;
     for fold in folds(&scene.data.layout.run) {
+        let counts: Vec<f64> = fold.train.iter().map(|train| f64::from(u8::from(*train))).collect();
         let error = |columns: &[Vec<f64>]| -> f64 {
-            let masked: Vec<Vec<f64>> =
-                columns.iter().map(|column| mask(column, &fold.train)).collect();
-            let found = solve(&masked, &mask(&target, &fold.train));
-            let left = less(&target, &combine(columns, &found.coefficients));
+            let found = weighed(columns, &target, &counts);
+            let left = less(&target, &combine(columns, &found));
             let held = left.iter().zip(&fold.test).filter(|(_, test)| **test);
             held.map(|(left, _)| loss(*left)).sum()
         };
         total += error(&old) - error(&both);
     }
     total / (2.0 * scene.scale * scene.scale)
-}
-
-/// `column` where `keep` is set, zero elsewhere.
-fn mask(column: &[f64], keep: &[bool]) -> Vec<f64> {
-    column.iter().zip(keep).map(|(value, keep)| if *keep { *value } else { 0.0 }).collect()
 }
 
 impl OnMeans {

@@ -13,7 +13,7 @@ use super::simplify::simplify;
 use crate::candidates::{Candidate, Family};
 use crate::fit::{Data, White, robust_fit};
 use crate::model::{Form, Shape, Timing, delay_all, is_said_by};
-use crate::noise::NoiseModel;
+use crate::noise::{NoiseModel, Tuning};
 pub(super) use sound::{is_sound, is_within_physics, settle};
 
 /// A term whose removal is less surprising than this is dropped (one in a thousand).
@@ -234,8 +234,9 @@ impl<'a> State<'a> {
             return found;
         }
         let columns = self.columns(&self.terms);
-        let (noise, likelihood) = self.data.residual(&columns).retune(&self.noise);
-        let null = Profile { columns: &columns, noise: &noise, likelihood };
+        let tuning = Tuning::new(self.data.residual(&columns), &self.noise.left_out);
+        let (noise, likelihood) = tuning.retune(&self.noise);
+        let null = Profile { columns: &columns, noise: &noise, tuning: &tuning, likelihood };
         // Contenders that look strong under white noise.
         let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
         let white = Scene::new(self.record, &plain, &columns);

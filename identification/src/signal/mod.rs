@@ -27,6 +27,18 @@ pub fn interpolate(times: &[f64], values: &[f64], at: f64) -> f64 {
     between(times, values, at, times.partition_point(|&time| time <= at))
 }
 
+/// The same at a place whose number of earlier times is near `above`, which is then set to it.
+pub fn interpolate_near(times: &[f64], values: &[f64], at: f64, above: &mut usize) -> f64 {
+    *above = (*above).min(times.len());
+    while *above < times.len() && times[*above] <= at {
+        *above += 1;
+    }
+    while *above > 0 && times[*above - 1] > at {
+        *above -= 1;
+    }
+    between(times, values, at, *above)
+}
+
 /// Values at each of `at`, which lie near one another in sequence, of a course with these `bends`. Where the curvature changes
 /// evenly over six values, the course is that of all six: smooth motion is followed to the sixth order, through its turning
 /// points as well. Elsewhere it is bent as far as the values on both sides agree (the harmonic mean of their curvatures, after van Leer 1974), and the corner
@@ -39,13 +51,7 @@ pub fn interpolate_along(
 ) -> impl Iterator<Item = f64> {
     let mut above = 0;
     at.map(move |at| {
-        while above < times.len() && times[above] <= at {
-            above += 1;
-        }
-        while above > 0 && times[above - 1] > at {
-            above -= 1;
-        }
-        let straight = between(times, values, at, above);
+        let straight = interpolate_near(times, values, at, &mut above);
         if above == 0 || above == times.len() {
             return straight;
         }

@@ -1,6 +1,6 @@
 //! A signal evened out from both sides alike.
 
-use crate::linear::solve;
+use crate::linear::coefficients;
 
 /// How often what a mean leaves is evened out again: the motion passes up to the sixth order of its curvature, as through
 /// a smoothing spline of that order. It was the best of 1 to 4 on readings with known noise.
@@ -44,7 +44,7 @@ fn mirrored(times: &[f64], values: &[f64], width_s: f64) -> Vec<(f64, f64)> {
     let near = times.iter().take_while(|time| **time - times[0] <= BEYOND * width_s).count();
     let near = near.clamp(2, times.len());
     let since: Vec<f64> = times[..near].iter().map(|time| time - times[0]).collect();
-    let line = solve(&[vec![1.0; near], since.clone()], &values[..near]).coefficients;
+    let line = coefficients(&[vec![1.0; near], since.clone()], &values[..near]);
     let middle = line.first().copied().filter(|value| value.is_finite()).unwrap_or(values[0]);
     let turned = |i: usize| (times[0] - since[i], 2.0 * middle - values[i]);
     (1..near).map(turned).collect()

@@ -57,10 +57,12 @@ type Numbers = [f64; 3];
 /// sensor hides the noise of the reference: where none is seen beside all of what is left, it is looked for beside what is new in
 /// each row.
 pub fn width(stretches: &[Stretch]) -> Option<f64> {
-    [false, true].into_iter().find_map(|is_slow| Pieces::of(stretches, is_slow)?.width())
+    let pieces = Pieces::of(stretches)?;
+    [false, true].into_iter().find_map(|is_slow| pieces.clone().beside(is_slow)?.width())
 }
 
 /// The rows that take part.
+#[derive(Clone)]
 struct Pieces {
     all: Vec<Stretch>,
     /// Which of their rows count, one after the other.
@@ -76,13 +78,15 @@ struct Pieces {
     /// What was evened out and lagged last, with the width and the lag: the numbers change one by one.
     evened: RefCell<Option<(f64, Rows)>>,
     lagged: RefCell<Option<([f64; 2], Rows)>>,
+    /// How well the readings are predicted with the numbers that were tried.
+    known: RefCell<Vec<(Numbers, f64)>>,
 }
 
 /// Values of the rows of each piece.
 type Rows = Rc<Vec<Vec<f64>>>;
 
 impl Pieces {
-    fn of(stretches: &[Stretch], is_slow: bool) -> Option<Self> {
+    fn of(stretches: &[Stretch]) -> Option<Self> {
         let rows: usize = stretches.iter().map(|one| one.times.len()).sum();
         let every = rows.div_ceil(ROWS).max(1);
         let all: Vec<Stretch> = stretches.iter().flat_map(Stretch::pieces).step_by(every).collect();
@@ -96,9 +100,24 @@ impl Pieces {
             let last = one.times.len().saturating_sub(ends);
             (0..one.times.len()).map(move |row| row >= ends && row < last)
         });
-        let (counts, evened, lagged) = (counts.collect(), RefCell::default(), RefCell::default());
-        let (free, share) = (0.0, 1.0);
-        let mut found = Self { all, counts, step, late, is_slow, free, share, evened, lagged };
+        let found = Self {
+            counts: counts.collect(),
+            all,
+            step,
+            late,
+            is_slow: false,
+            free: 0.0,
+            share: 1.0,
+            evened: RefCell::default(),
+            lagged: RefCell::default(),
+            known: RefCell::default(),
+        };
+        (step > 0.0).then_some(found)
+    }
+
+    /// The same where noise keeps a share of the row before, or does not.
+    fn beside(self, is_slow: bool) -> Option<Self> {
+        let mut found = Self { is_slow, ..self };
         let plain = found.left([0.0; 3]);
         let used: Vec<f64> = found.counted(&plain).collect();
         let limit = robust::GROSS * robust::spread(&used);
@@ -111,7 +130,7 @@ impl Pieces {
         }
         found.free = found.share * found.pairs(&plain).count() as f64;
         let square: f64 = found.counted(&plain).map(|left| left * left).sum();
-        (found.free > 100.0 && step > 0.0 && square > 0.0).then_some(found)
+        (found.free > 100.0 && square > 0.0).then_some(found)
     }
 
     /// The width with which the readings are predicted best.
@@ -201,12 +220,20 @@ impl Pieces {
         pairs.iter().map(|(one, other)| other - y - gain * (one - x)).collect()
     }
 
+    /// Logarithm of the likelihood.
+    fn value(&self, numbers: Numbers) -> f64 {
+        let known = self.known.borrow().iter().find(|one| one.0 == numbers).map(|one| one.1);
+        known.unwrap_or_else(|| {
+            let square: f64 = self.news(&self.left(numbers)).iter().map(|new| new * new).sum();
+            let value = -0.5 * self.free * square.max(f64::MIN_POSITIVE).ln();
+            self.known.borrow_mut().push((numbers, value));
+            value
+        })
+    }
+
     /// Logarithm of the likelihood less the price, at the best of the numbers that are free.
     fn fitted(&self, free: [bool; 3]) -> (f64, Numbers) {
-        let value = |numbers: Numbers| {
-            let square: f64 = self.news(&self.left(numbers)).iter().map(|new| new * new).sum();
-            -0.5 * self.free * square.max(f64::MIN_POSITIVE).ln()
-        };
+        let value = |numbers: Numbers| self.value(numbers);
         let mut best = (value([0.0; 3]), [0.0; 3]);
         for round in 0..2 {
             for index in (0..3).filter(|&index| free[index]) {
@@ -298,7 +325,7 @@ mod tests {
         };
         for (rows, count) in [(400, 100), (2_600, 20), (ROWS * 4, 1)] {
             let all: Vec<Stretch> = (0..count).map(|one| record(rows, one * rows)).collect();
-            let pieces = Pieces::of(&all, false).expect("rows enough").all;
+            let pieces = Pieces::of(&all).expect("rows enough").all;
             let used: usize = pieces.iter().map(|one| one.times.len()).sum();
             assert!((ROWS / 2..=ROWS + PIECE).contains(&used), "{rows}: {used}");
             let starts: Vec<f64> = pieces.iter().map(|one| one.times[0]).collect();

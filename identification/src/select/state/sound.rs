@@ -2,7 +2,7 @@
 
 use super::State;
 use crate::fit::White;
-use crate::linear::{Solution, solve};
+use crate::linear::{Solution, coefficients, solve};
 use crate::model::{Acts, Form, Shape, Wrap, is_delay, is_physical};
 
 /// Correlation above which estimates balance one another: one of them is enough.
@@ -45,7 +45,7 @@ pub fn settle(state: &mut State<'_>) -> bool {
     for _ in 0..ROUNDS {
         let data = state.data;
         let White { columns, target, .. } = state.whitened();
-        let found = solve(&columns, &target).coefficients;
+        let found = coefficients(&columns, &target);
         let places = data.places(&state.terms);
         let most = if has_changed { SETTLED } else { ASTRAY };
         let mut is_settled = true;
@@ -91,8 +91,9 @@ fn fitted(state: &State<'_>) -> Option<(Solution, Vec<usize>)> {
     for (index, (term, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
         of_term.extend(std::iter::repeat_n(index, places.len()));
         let mine = &fit.coefficients[places];
-        let per_row = term.per_row(data.channels).unwrap_or_default();
-        if index >= state.base && !is_physical(term, data.channels, &per_row, mine) {
+        let is_given = index < state.base;
+        let per_row = || term.per_row(data.channels).unwrap_or_default();
+        if !is_given && !is_physical(term, data.channels, &per_row(), mine) {
             return None;
         }
         // What follows slowly does not come early: a lead gives back what the lag takes too much.
