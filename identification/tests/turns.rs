@@ -115,6 +115,28 @@ fn a_gyro_that_reads_backwards_has_the_wrong_sign() {
     assert_eq!(found.finding.in_words()[0], "What is measured has the wrong sign.");
 }
 
+/// The readings at 60 deg/s say how much is missing there. From which rate on, only a hard limit says: of a softer one the gain
+/// and the limit could be any pair.
+#[test]
+fn a_limit_that_one_rate_crosses_is_hard() {
+    let beyond = |rate: f64, _: f64| rate.clamp(-50.0, 50.0) - rate;
+    let found = identified(&there_and_back(360.0, FAST), beyond).finding;
+    let words = found.in_words();
+    assert!(words[0].starts_with("What is measured is clipped at 50.0 deg/s"), "{words:?}");
+    assert_eq!(found.effects.len(), 1, "{words:?}");
+    let parameter = |name: &str| {
+        let all = &found.effects[0].parameters;
+        let one = all.iter().find(|one| one.name == name).unwrap();
+        (one.value, one.standard_error)
+    };
+    let ((gain, untold), (limit, error)) = (parameter("gain"), parameter("limit"));
+    assert_eq!((gain, untold), (1.0, None));
+    assert!(
+        (limit - 50.0).abs() < 0.1 && error.is_some_and(|error| error < 0.05),
+        "{limit} {error:?}"
+    );
+}
+
 /// The scale factor is off by 0.1 %, and the bias by 0.002 deg/s.
 #[test]
 fn what_the_plain_model_takes_up_is_told() {

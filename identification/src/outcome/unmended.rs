@@ -113,8 +113,8 @@ pub(crate) struct SlowNoise {
     pub notice: Option<String>,
 }
 
-/// Risk of naming slow noise where there is no such noise, for a whole data set.
-const RISK: f64 = 0.005;
+/// Risk of naming slow noise where there is no such noise, for a whole data set: as that of an effect.
+const RISK: f64 = 0.011;
 /// Probability below which a kind of slow noise is excluded.
 const EXCLUDED: f64 = 0.05;
 

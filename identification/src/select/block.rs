@@ -73,8 +73,9 @@ pub fn identify_block(
         let before = state.terms.clone();
         match state.step(threshold, asked.noise.is_some()) {
             Ok(()) => {
-                if state.terms.len() > state.base + 1 {
-                    state.exchange(threshold);
+                match state.terms.len() - state.base {
+                    1 => state.retime(),
+                    _ => state.exchange(threshold),
                 }
                 state.prune();
                 if let Some(one) = one_wheel(&state, false) {

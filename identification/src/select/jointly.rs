@@ -2,6 +2,7 @@
 //! others (Gauss and Newton's method with halved steps; Nocedal and Wright 2006, section 10.3). Until then each was tuned
 //! alone, and the errors of all hold only where all are at their best.
 
+use super::limit::is_hard;
 use super::state::{State, is_within_physics};
 use crate::fit::{Data, Found, Number, RobustFit, Tangent, White, combine, less, robust_fit};
 use crate::linear::{Normal, dot};
@@ -53,13 +54,16 @@ pub(super) struct Joint<'a> {
     pub whitener: Whitener,
     /// Errors of thresholds.
     thresholds: Vec<(usize, &'static str, f64)>,
+    /// Terms that are hard limits: all beyond them is missing.
+    pub hard: Vec<usize>,
 }
 
 impl<'a> Joint<'a> {
     /// The model of `state` with its numbers at their best; with those that it has if the best are unphysical.
     pub fn new(state: &State<'a>, outliers: Outliers) -> Self {
-        let found = Self::at(state.clone(), outliers).refined();
-        if is_within_physics(&found.state) { found } else { Self::at(state.clone(), outliers) }
+        let at = || Self::at(state.clone(), outliers);
+        let found = at().refined();
+        if is_within_physics(&found.state) { found } else { at() }
     }
 
     /// The model of `state` with the numbers that it has.
@@ -75,10 +79,41 @@ impl<'a> Joint<'a> {
         let whitener = white.whitener;
         let (tangents, thresholds) = (Vec::new(), Vec::new());
         let (white, left) = (Vec::new(), Vec::new());
-        let mut found =
-            Self { state, coefficients, tangents, white, left, outliers, whitener, thresholds };
+        let hard = Vec::new();
+        let mut found = Self {
+            state,
+            coefficients,
+            tangents,
+            white,
+            left,
+            outliers,
+            whitener,
+            thresholds,
+            hard,
+        };
         found.look();
+        found.harden();
         found
+    }
+
+    /// Holds the gain of each limit at that of the readings where they do not tell it.
+    fn harden(&mut self) {
+        let gain = self.data().channels.gain;
+        let noise = robust::spread(&self.left) / gain.abs();
+        for (index, places) in self.data().places(&self.state.terms).into_iter().enumerate() {
+            let is_mine = |one: &Tangent| one.term == index;
+            let mut mine = self.tangents.iter().zip(&self.white).filter(|one| is_mine(one.0));
+            if self.state.terms[index].form == Form::Saturation
+                && let (Some((_, by_share)), Some((_, by_place))) = (mine.next(), mine.next())
+                && is_hard(by_share, by_place, noise)
+            {
+                self.hard.push(index);
+                self.coefficients[places.start] = gain;
+            }
+        }
+        if !self.hard.is_empty() {
+            self.look();
+        }
     }
 
     fn data(&self) -> Data<'a> {
@@ -90,6 +125,10 @@ impl<'a> Joint<'a> {
         let data = self.data();
         self.left = self.whitener.apply(&data.left(&self.state.terms, &self.coefficients));
         self.tangents = data.tangents(&self.state.terms, &self.coefficients);
+        let is_held = |one: &Tangent| {
+            matches!(one.number, Number::Coefficient(_)) && self.hard.contains(&one.term)
+        };
+        self.tangents.retain(|one| !is_held(one));
         self.white = self.tangents.iter().map(|one| self.whitener.apply(&one.column)).collect();
     }
 

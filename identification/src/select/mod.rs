@@ -6,6 +6,7 @@ mod finish;
 mod found;
 mod gain;
 mod jointly;
+mod limit;
 mod material;
 mod means;
 mod period;

@@ -1,4 +1,5 @@
 //! Tunes the nonlinear numbers of a shape to their best values.
+use super::limit::harden;
 use super::scene::Scene;
 use crate::fit::{Data, RobustFit, robust_fit};
 use crate::model::{Form, Shape};
@@ -36,6 +37,12 @@ pub fn refine(scene: &Scene<'_>, shape: &Shape) -> Shape {
                 value = found;
             }
         }
+    }
+    if shape.form == Form::Saturation
+        && let Some(now) = best.number("limit")
+    {
+        let range = bounds(&best, scene.data, "limit", now, 0);
+        harden(scene, &mut best, range, value);
     }
     best
 }

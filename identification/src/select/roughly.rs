@@ -5,7 +5,7 @@ use super::jointly::Joint;
 use super::state::State;
 use crate::fit::{Data, Found, White};
 use crate::linear::{Normal, dot, solve};
-use crate::model::Shape;
+use crate::model::{Form, Shape};
 use crate::problem::{clusters, runs};
 use crate::significance::surprise;
 
@@ -52,7 +52,9 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
     let left = white.left(&first);
     let White { whitener, mut columns, .. } = white;
     let linear = columns.len();
-    let derivatives = data.derivatives(&state.terms, &first);
+    let mut derivatives = data.derivatives(&state.terms, &first);
+    // Without anything that is clipped there is no limit: one that the readings do not tell from its gain makes it no less certain.
+    derivatives.retain(|one| state.terms[one.term].form != Form::Saturation);
     columns.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
     let (errors, count) = errors(&columns, &left, data);
     let mut terms = Vec::new();
@@ -77,6 +79,11 @@ pub(super) fn estimates_of(joint: &Joint<'_>) -> Estimates {
     let mut terms = joint.found(&errors);
     for found in &mut terms {
         found.strength = strength(found, count);
+    }
+    if !joint.hard.is_empty() {
+        // What is missing beyond a limit is known if it is anything at all.
+        let beside = estimates(state).terms;
+        joint.hard.iter().for_each(|&index| terms[index].strength = beside[index].strength);
     }
     Estimates { terms, left: left.clone() }
 }

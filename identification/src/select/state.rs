@@ -1,5 +1,6 @@
 //! The model of a block as it grows, round by round.
 
+mod late;
 mod sound;
 
 use super::choose::{
