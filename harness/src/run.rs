@@ -36,6 +36,7 @@ use crate::record::reader::RecordError;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, Record};
 use crate::run_folder::{RunFolder, RunFolderError};
+use plan::Step;
 use rig::crossing::MaybeCrossing;
 use rig::engine::{Action, Ending};
 use rig::operator::Answers;
@@ -162,7 +163,15 @@ pub fn rerun(
         None => {
             let faults = &prepared.plan.faults;
             let struck = faults.faults.iter().cloned().zip(faults.chances(seed)).collect();
-            rerun::rerun(rig, moments.into(), struck, records)
+            let cycle = |step: &Step| match &step.action {
+                plan::Action::PowerCycle(cycle) => {
+                    let node = cycle.device.as_str().to_owned();
+                    Some((step.action.to_string(), (node, cycle.off)))
+                }
+                _ => None,
+            };
+            let cycles = Step::walk(&prepared.plan.steps).filter_map(cycle).collect();
+            rerun::rerun(rig, moments.into(), (struck, cycles), records)
         }
     }
 }

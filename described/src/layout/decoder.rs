@@ -34,8 +34,9 @@ pub struct Decoder {
     /// The last of these requests, until it is answered.
     asked: Option<usize>,
     damaged: u64,
-    /// How many frames of each message had too few bytes.
+    /// How many frames of each message had fewer or more bytes than it has.
     short: BTreeMap<usize, u64>,
+    long: BTreeMap<usize, u64>,
     checksum_failures: u64,
     /// Messages of a serial line with a wrong checksum in the place of a message, and how many.
     spoilt: BTreeMap<usize, u64>,
@@ -55,6 +56,7 @@ impl Decoder {
             asked: None,
             damaged: 0,
             short: BTreeMap::new(),
+            long: BTreeMap::new(),
             checksum_failures: 0,
             spoilt: BTreeMap::new(),
             until_next: Some(0),
@@ -102,14 +104,28 @@ impl Decoder {
         if frame.is_remote() || !hears(self.sender, message) {
             return None;
         }
-        if frame.data().len() < length {
-            self.damaged += 1;
-            *self.short.entry(index).or_default() += 1;
+        if frame.data().len() != length && !self.has_enough(index, frame, length) {
             return None;
         }
+        let message = &self.layout.messages[index];
         self.layout.frames[index].read(message, frame.data(), &mut self.values);
         let verdict = judge(message, frame.data(), &mut self.received[index], &mut self.values);
         Some(Decoded { message: index, form: message, values: &self.values, verdict })
+    }
+
+    /// Counts a frame with another number of bytes than its message; returns whether there are as many.
+    #[cold]
+    fn has_enough(&mut self, index: usize, frame: &CanFrame, length: usize) -> bool {
+        if frame.data().len() < length {
+            self.damaged += 1;
+            *self.short.entry(index).or_default() += 1;
+            return false;
+        }
+        // A frame of CAN FD is filled up to the next length that there is.
+        if !self.layout.messages[index].is_fd() {
+            *self.long.entry(index).or_default() += 1;
+        }
+        true
     }
 
     /// The message that a frame of the transport protocol completes.
@@ -195,13 +211,25 @@ impl Decoder {
 
     /// How many of the [damaged](Self::damaged) are CAN frames of a message with fewer bytes than it has.
     pub fn short(&self) -> impl Iterator<Item = (&Message, u64)> {
-        self.short.iter().map(|(message, count)| (&self.layout.messages[*message], *count))
+        self.each(&self.short)
+    }
+
+    /// How many CAN frames of a message had more bytes than it has. They count as the message.
+    pub fn long(&self) -> impl Iterator<Item = (&Message, u64)> {
+        self.each(&self.long)
+    }
+
+    fn each<'s>(
+        &'s self,
+        counts: &'s BTreeMap<usize, u64>,
+    ) -> impl Iterator<Item = (&'s Message, u64)> {
+        counts.iter().map(|(message, count)| (&self.layout.messages[*message], *count))
     }
 
     /// The messages of a serial line that came with a wrong checksum, where one was expected, and how many: their bytes are
     /// not among the [damaged](Self::damaged).
     pub fn spoilt(&self) -> impl Iterator<Item = (&Message, u64)> {
-        self.spoilt.iter().map(|(message, count)| (&self.layout.messages[*message], *count))
+        self.each(&self.spoilt)
     }
 
     /// Number of messages on a serial line with a wrong checksum.

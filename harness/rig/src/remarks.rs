@@ -26,6 +26,10 @@ impl Rig {
                 let frames = figures::counted(count, "frame", "frames");
                 format!("{node} sent {frames} of {} with too few bytes", message.name)
             }));
+            remarks.extend(ear.decoder.long().map(|(message, count)| {
+                let frames = figures::counted(count, "frame", "frames");
+                format!("{node} sent {frames} of {} with more bytes than it has", message.name)
+            }));
             remarks.extend(ear.decoder.spoilt().map(|(message, count)| {
                 let times = figures::times(count);
                 format!("{times} {node}.{} had a wrong checksum, and did not count", message.name)

@@ -57,6 +57,7 @@ struct Again {
     closed: BTreeSet<Device>,
     /// The schedule of the run.
     faults: Vec<(Fault, Chances)>,
+    cycles: Cycles,
     /// Ends whose bus is full of frames that faults make, since when.
     full: BTreeMap<Device, Timestamp>,
     now: Timestamp,
@@ -71,11 +72,15 @@ struct Again {
     came: Rerun,
 }
 
-/// Runs the devices under test in `rig` again on the inputs of `records`, from a run with these faults.
+/// Nodes that steps of a plan switch off, and for how long, by the titles of the steps.
+pub type Cycles = BTreeMap<String, (String, Span)>;
+
+/// Runs the devices under test in `rig` again on the inputs of `records`, from a run with these faults, and steps that switch
+/// nodes off and on.
 pub fn rerun(
     rig: Rig,
     Moments { clock, closed }: Moments,
-    faults: Vec<(Fault, Chances)>,
+    (faults, cycles): (Vec<(Fault, Chances)>, Cycles),
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
     let is_tested =
@@ -91,6 +96,7 @@ pub fn rerun(
         tested,
         closed,
         faults,
+        cycles,
         full: BTreeMap::new(),
         now: Timestamp::ZERO,
         is_reached: false,
@@ -194,6 +200,12 @@ impl Again {
     /// Wakes the devices under test that are due, and sends their outputs.
     fn settle(&mut self) {
         for place in self.tested.clone() {
+            let node = &mut self.rig.nodes[place];
+            if node.supply.on_at <= self.now {
+                node.supply.on_at = Timestamp::MAX;
+                node.switch(self.now, true);
+                self.is_reached = true;
+            }
             let is_due = self.rig.nodes[place].next_wakeup() <= self.now;
             match &mut self.rig.nodes[place].part {
                 Part::Controller(machine) if is_due => machine.wake(self.now),
@@ -257,6 +269,7 @@ impl Again {
                 return Err(RerunError::HostFault { at_s: record.at.as_secs_f64() });
             }
             RecordKind::Fault(fault) => self.strike(fault)?,
+            RecordKind::StepBegan { title, .. } => self.cycle(title)?,
             RecordKind::Note(text) if self.clock == Clock::Real => self.learn(record.device, text),
             _ => {}
         }
@@ -270,6 +283,22 @@ impl Again {
         } else if note.ends_with(BUS_CLOSED) {
             self.closed.insert(at);
         }
+    }
+
+    /// Switches a node off, if the step of that title does.
+    fn cycle(&mut self, title: &str) -> Result<(), RerunError> {
+        let Some((node, off)) = self.cycles.get(title).cloned() else { return Ok(()) };
+        let Some(place) = self.rig.find(&node).filter(|place| self.tested.contains(place)) else {
+            return Ok(());
+        };
+        if self.clock == Clock::Real {
+            return Err(RerunError::SwitchedOff { at_s: self.now.as_secs_f64() });
+        }
+        self.settle();
+        let node = &mut self.rig.nodes[place];
+        node.supply.on_at = self.now + off;
+        node.switch(self.now, false);
+        Ok(())
     }
 
     /// Begins or ends a fault of a line or a supply. What it did to the inputs is in the record, its own frames included.

@@ -6,16 +6,17 @@ use record::figures;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::device::Transmit;
-use wire::time::Span;
+use wire::time::{Span, Timestamp};
 
-/// Converts a log, from its earliest entry on, without error frames, in the order of the times: a logger of several channels
-/// may write one after the other. The note says how many entries were earlier than one before.
+/// Converts a log, from its earliest entry on or from its `zero`, without error frames, in the order of the times: a logger of several channels
+/// may write one after the other. `zero` says of the earliest time whether the log counts from a zero of its own. The note says how many entries were earlier than one before.
 ///
 /// # Errors
 ///
 /// When it cannot be read to its end.
 pub fn logged(
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
+    zero: impl FnOnce(Timestamp) -> bool,
 ) -> Result<(Vec<Logged>, Option<String>), LogError> {
     let mut log = Vec::new();
     let (mut latest, mut earlier, mut by) = (None, 0_u64, Span::ZERO);
@@ -40,11 +41,12 @@ pub fn logged(
         log.push((entry.at, logged));
     }
     log.sort_by_key(|(at, _)| *at);
-    let (origin, mut last) = (log.first().map(|(at, _)| *at), Span::ZERO);
+    let first = log.first().map_or(Timestamp::ZERO, |(at, _)| *at);
+    let (origin, mut last) = (if zero(first) { Timestamp::ZERO } else { first }, Span::ZERO);
     let log = log.into_iter().map(|(at, logged)| {
         // Of several at one time each is a nanosecond later than the one before, in the order of the log. The first is later
         // than the beginning of the plan, so that it belongs to the first step.
-        last = at.since(origin.unwrap_or(at)).max(last + Span::from_nanos(1));
+        last = at.since(origin).max(last + Span::from_nanos(1));
         Logged { at: last, ..logged }
     });
     let log = log.collect();

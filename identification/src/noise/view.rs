@@ -16,6 +16,9 @@ pub(super) struct View<'a> {
     more: Vec<Vec<f64>>,
 }
 
+/// Equations under noises that were asked for, the last first.
+type Known = Vec<(NoiseModel, Rc<Equations>)>;
+
 /// What views of the same observations share.
 struct Seen<'a> {
     of: Part,
@@ -28,7 +31,7 @@ struct Seen<'a> {
     /// Information in the whole record over that in the view.
     weight: f64,
     /// Equations under the latest noises, where others will ask for them beside other columns.
-    known: Option<RefCell<Vec<(NoiseModel, Rc<Equations>)>>>,
+    known: Option<RefCell<Known>>,
 }
 
 /// The part of the record that a view has.

@@ -94,7 +94,12 @@ class Rig:
 
 def _words(path: Path, ports: dict[str, str]) -> tuple[list[str], int]:
     """What follows ``hil emulate``, and how many ports there will be."""
-    file = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    try:
+        file = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise RigError(f"failed to read {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise RigError(f"{path} is no TOML: {error}") from None
     declared = file.get("line")
     if not isinstance(declared, list):
         if len(ports) > 1 or not set(ports) <= {"device"}:

@@ -35,6 +35,9 @@ class Measurement:
     def passed(self) -> bool:
         return self.verdict in ("pass", "marginal")
 
+    def __bool__(self) -> bool:
+        return self.passed
+
     @property
     def not_judged(self) -> str | None:
         """Why this bench cannot judge it; ``None`` where it can."""
@@ -84,6 +87,9 @@ class Property:
         """Not broken: it held or came about, or this bench cannot judge it."""
         return self.held is not False
 
+    def __bool__(self) -> bool:
+        return self.passed
+
     @property
     def untested(self) -> str | None:
         """A sentence where it held only because nothing was asked for."""
@@ -122,6 +128,9 @@ class Run:
     @property
     def passed(self) -> bool:
         return self.status == 0
+
+    def __bool__(self) -> bool:
+        return self.passed
 
     @property
     def outcome(self) -> str:
@@ -175,7 +184,7 @@ def _ended(process: subprocess.Popen) -> tuple[int, str]:
 
 
 def _figure(value: float, *limits: float | None) -> str:
-    """With four digits, or as many as it takes to be on the same side of the limits as the value."""
+    """With four digits and the decimals of the limits, or as many as it takes to be on the same side of them as the value."""
 
     def sides(number: float):
         return [(number > limit) - (number < limit) for limit in limits if limit is not None]
@@ -183,8 +192,16 @@ def _figure(value: float, *limits: float | None) -> str:
     for digits in range(4, 18):
         text = f"{value:.{digits}g}"
         if ("e+" not in text or digits == 17) and sides(float(text)) == sides(value):
-            return text
+            decimals = max((_decimals(repr(limit)) for limit in limits if limit is not None), default=0)
+            fixed = f"{value:.{decimals}f}"
+            has_fewer = "e" not in text and _decimals(text) < decimals
+            return fixed if has_fewer and sides(float(fixed)) == sides(value) else text
     return repr(value)
+
+
+def _decimals(figure: str) -> int:
+    _, _, decimals = figure.partition(".")
+    return 0 if "e" in figure or decimals == "0" else len(decimals)
 
 
 def _of(kind, row: dict):

@@ -53,6 +53,25 @@ pub(crate) const E2E: &str = "[message.CellStatus]\nperiod_s = 0.1\n\
 pub(crate) const PLAIN: &str = "[message.Request]\ncounter = { signal = \"Count\", first = 4 }\n\
     checksum = { signal = \"Sum\", crc = \"crc8-autosar\", prepend = [0x02, 0x00] }\n";
 
+/// Found by a user: nothing told of a device that sends more bytes than its DBC has.
+#[test]
+fn longer_and_shorter_frames_are_counted() {
+    let dbc = DBC.replace("Request: 8 Manager", "Request: 4 Manager").replace("63|8@0+", "24|8@1+");
+    let layout = Layout::from_dbc("pack.dbc", &dbc, "Manager").unwrap();
+    let mut decoder = layout.decoder();
+    let read = [3, 4, 8].map(|bytes| {
+        let id = wire::can::StandardId::new(512).unwrap();
+        decoder.frame(&CanFrame::new(id, &[7; 8][..bytes]).unwrap()).is_some()
+    });
+    assert_eq!(read, [false, true, true]);
+    let counts = |counts: Vec<(&crate::Message, u64)>| {
+        counts.into_iter().map(|(message, count)| (message.name.clone(), count)).collect::<Vec<_>>()
+    };
+    let (short, long) = (counts(decoder.short().collect()), counts(decoder.long().collect()));
+    let one = vec![("Request".to_owned(), 1)];
+    assert_eq!((short, long, decoder.damaged()), (one.clone(), one, 1));
+}
+
 /// A checksum in a signal that cannot be read is explained by what is wrong with the signal.
 #[test]
 fn a_checksum_in_a_signal_that_was_left_out_is_explained() {

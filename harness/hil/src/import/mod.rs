@@ -47,7 +47,7 @@ use scribe::Scribe;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
-use wire::time::Span;
+use wire::time::{Span, Timestamp};
 
 #[derive(Debug)]
 pub struct Imported {
@@ -71,24 +71,25 @@ const QUIET: Span = Span::from_secs(1);
 /// A log that begins this late, s, has times of day, or counts from 1970. Assumption: no bench logs for ten days.
 const DATED_S: f64 = 864_000.0;
 
-/// The frames, if there are at most so many, with notes on their times and on what is left out.
+/// The frames, if there are at most so many, with notes on their times and on what is left out. A log without dates counts from
+/// its zero, unless it is to count `from_first`.
 fn kept(
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
+    from_first: bool,
     most: usize,
 ) -> Result<(Vec<Logged>, Vec<String>), ImportError> {
-    let (mut errors, mut begins_s) = (0_u64, None::<f64>);
+    let mut errors = 0_u64;
     let is_kept = |entry: &Result<Entry, LogError>| {
-        let Ok(entry) = entry else { return true };
-        let is_error = matches!(entry.payload, Payload::Error(_));
+        let is_error = matches!(entry, Ok(Entry { payload: Payload::Error(_), .. }));
         errors += u64::from(is_error);
-        if !is_error {
-            // A logger of several channels need not write them in the order of their times.
-            let at_s = entry.at.as_secs_f64();
-            begins_s = Some(begins_s.map_or(at_s, |first_s| first_s.min(at_s)));
-        }
         !is_error
     };
-    let (log, note) = logged(entries.into_iter().filter(is_kept).take(most + 1))?;
+    let mut begins_s = 0.0;
+    let zero = |first: Timestamp| {
+        begins_s = first.as_secs_f64();
+        begins_s < DATED_S && !from_first
+    };
+    let (log, note) = logged(entries.into_iter().filter(is_kept).take(most + 1), zero)?;
     if log.len() > most {
         return Err(ImportError::TooLong { most });
     }
@@ -97,9 +98,9 @@ fn kept(
         let frames = figures::counted(errors, "error frame", "error frames");
         notes.push(format!("{frames} of the log left out"));
     }
-    if let Some(begins_s) = begins_s.filter(|begins_s| (1.0..DATED_S).contains(begins_s)) {
+    if (1.0..DATED_S).contains(&begins_s) && !from_first {
         notes.push(format!(
-            "the log begins at {begins_s:.3} s: the plan's time counts from its first frame"
+            "the log begins at {begins_s:.3} s, and the plan at its zero (at its first frame with --from-first)"
         ));
     }
     Ok((log, notes))
@@ -151,18 +152,18 @@ fn assumed(plan: &Plan) -> Option<String> {
 
 /// Creates a run folder from a log of a rig and judges it by its plan: every node sends what it sent in the log, and
 /// the plan listens. What the plan itself would do to the rig is assumed to be in the log. `named` states the channel of
-/// a line.
+/// a line; the plan begins with the first frame if it does so `from_first`, or if the log has dates, and else at the log's zero.
 ///
 /// # Errors
 /// When the log cannot be read, lacks lines of the rig, or the folder cannot be written.
 pub fn import_rig_to_folder(
     prepared: &Prepared,
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
-    named: Named<'_>,
+    (named, from_first): (Named<'_>, bool),
     out: &Path,
 ) -> Result<Summary, ImportError> {
     let watch = Stopwatch::start();
-    let (log, notes) = kept(entries, ENTRIES_MAX)?;
+    let (log, notes) = kept(entries, from_first, ENTRIES_MAX)?;
     let rig = prepared.rig.clone().replayed_by(&log, named);
     let rig = rig.map_err(|(line, known)| {
         let known = known.join(", ");
@@ -193,6 +194,8 @@ pub fn import_rig_to_folder(
             None => why,
         });
     }
+    // Nothing is known of what came after the log.
+    summary.simulated_s = summary.simulated_s.min(lasted(&log).as_secs_f64());
     summary.wall_s = watch.elapsed_s();
     write_documents(&RunFolder::open(out)?, &summary, &prepared.header(seed))?;
     Ok(summary)

@@ -228,7 +228,7 @@ fn a_channel_that_the_log_does_not_have_is_named_with_the_log() {
 
 #[test]
 fn a_log_of_a_rig_that_is_too_long_is_refused() {
-    let of = |most| kept(Bus::new().entries.into_iter().map(Ok), most);
+    let of = |most| kept(Bus::new().entries.into_iter().map(Ok), false, most);
     let all = Bus::new().entries.len();
     assert_eq!(of(all).unwrap().0.len(), all);
     let told = of(all - 1).unwrap_err().to_string();

@@ -18,6 +18,7 @@ mod interrupt;
 mod json;
 mod judged_again;
 mod log_lines;
+mod log_times;
 mod measured;
 mod new;
 mod operator;

@@ -45,7 +45,7 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
     assert!(!was.is_empty() && was.len() == is.len());
     for (was, is) in was.iter().zip(&is) {
         assert_eq!(was.0, is.0);
-        // A frame at the edge of a step may fall on its other side: the time of the import begins with the first frame.
+        // A log has microseconds: a frame at the edge of a step may fall on its other side.
         assert!(was.2.abs_diff(is.2) <= 1, "{}: {} and {}", was.0, was.2, is.2);
         let (was, is) = (was.1.unwrap(), is.1.unwrap());
         assert!((was - is).abs() <= 0.02 * was.abs().max(1.0), "{was} {is}");
@@ -260,10 +260,10 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
     let mut log: String = log.lines().take(40).map(later).collect();
     log += "(102.050000) can0 7FF#00\n(102.100000) can0 20000004#0000000000000000\n";
     fs::write(hil.path("oven/rest.log"), &log).unwrap();
-    let ran = within(&hil, &["import", "rest.log", "--plan", "short.toml", "--out", "short"]);
+    let import = ["import", "rest.log", "--plan", "short.toml", "--from-first", "--out"];
+    let ran = within(&hil, &[&import[..], &["short"]].concat());
     for told in [
         "1 error frame of the log left out",
-        "the log begins at 100.",
         "frames of can0 left out that no node of the rig sends: 0x100 (21), 0x7ff (1)",
         " after the end of the plan ",
     ] {
@@ -272,8 +272,11 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
     assert!(!ran.out.contains("nothing was done to a device"), "{}", ran.out);
     let reversed: Vec<&str> = log.lines().rev().collect();
     fs::write(hil.path("oven/rest.log"), reversed.join("\n") + "\n").unwrap();
-    let ran = within(&hil, &["import", "rest.log", "--plan", "short.toml", "--out", "back"]);
+    let ran = within(&hil, &[&import[..], &["back"]].concat());
+    assert!(!ran.out.contains("the log begins at "), "{}", ran.out);
+    let ran = within(&hil, &["import", "rest.log", "--plan", "short.toml", "--out", "late"]);
     assert!(ran.out.contains("the log begins at 100."), "{}", ran.out);
+    assert!(ran.out.contains("at its first frame with --from-first"), "{}", ran.out);
     fs::write(hil.path("oven/empty.log"), "").unwrap();
     let empty = within(&hil, &["import", "empty.log", "--plan", "short.toml"]).exits(2);
     for told in ["failed to import empty.log", "there is no frame in the log", "--from candump, "] {

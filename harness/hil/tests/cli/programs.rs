@@ -381,6 +381,19 @@ fn what_is_under_way_at_the_end_of_a_run_is_the_same_in_its_rerun() {
     assert!(again.contains("the same: 6 outputs"), "{again}");
 }
 
+/// Found by a user: the rerun left the program on, and blamed it.
+#[test]
+fn a_program_that_a_step_switches_off_is_switched_off_in_its_rerun() {
+    let hil = project("pass");
+    let steps = "{ wait = { duration_s = 1 } }, { power_cycle = { device = \"beat\", off_s = 0.5 } }, { wait = { duration_s = 1 } }";
+    let plan =
+        PLAN.replace("{ wait = { duration_s = 3 } }", steps).replace("_min = 20", "_min = 2");
+    fs::write(hil.path("beats.toml"), plan).unwrap();
+    hil.run(&["run", "./beats.toml", "--record", "full", "--out", "out"]).exits(0);
+    let again = hil.run(&["rerun", "out"]).exits(0).out;
+    assert!(again.contains("the same: "), "{again}");
+}
+
 #[test]
 fn a_stall_in_which_a_program_was_to_send_has_struck() {
     let noted = |at_s: f64, for_s: f64| {

@@ -121,6 +121,13 @@ fn a_verdict_that_fails_fails_its_test_and_no_other() {
     let output = self::shown(&project.pytest(&["test_seeds.py"]));
     assert!(output.contains("3 failed") && output.contains("AssertionError: settle"), "{output}");
     assert!(output.contains("2 passed, 1 failed") && !output.contains("Run object at"), "{output}");
+    // Found by a user: an object is true, whatever its verdict.
+    let test = "def test_it(run):\n    done = run('plans/settles.toml')\n    assert not done\n\
+                \x20   verdicts = {name: bool(one) for name, one in done.measurements.items()}\n\
+                \x20   assert verdicts.pop('time_to_heat') is False and all(verdicts.values())\n";
+    fs::write(project.path("test_truth.py"), test).unwrap();
+    let output = self::shown(&project.pytest(&["test_truth.py"]));
+    assert!(output.contains("1 passed"), "{output}");
 }
 
 /// A test that a shell runs in the background inherits that SIGINT is ignored.
@@ -298,6 +305,8 @@ def test_lines(rig):
     assert told.stdout.strip() == 'slcan', told
     one.stop()
     assert one.pid not in hil.running()
+    with pytest.raises(hil.RigError, match='failed to read .*none.toml: No such file'):
+        rig('plans/none.toml')
 ";
     fs::write(project.path("test_lines.py"), test).unwrap();
     let output = project.pytest(&["test_lines.py"]);

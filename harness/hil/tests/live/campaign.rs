@@ -44,6 +44,9 @@ fn what_breaks_on_a_bench_is_repeated_made_smaller_and_saved() {
         };
         assert!((at_least - shown).abs() < 1e-6, "{repeated}");
         assert_eq!(end["not_judged"], serde_json::json!({}));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains("the run without faults took "), "{said}");
+        assert!(said.contains(": 2 cases take about "), "{said}");
         let saved = std::fs::read_to_string(found["plan"].as_str().unwrap()).unwrap();
         assert!(saved.contains("wheel_slip") && saved.contains("done_is_done"), "{saved}");
     });

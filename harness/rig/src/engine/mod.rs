@@ -28,9 +28,8 @@ mod tests;
 mod uds;
 mod waiting;
 
-pub use action::{Action, Ending};
-
 pub use crate::bench::{BenchFacts, Look};
+pub use action::{Action, Ending};
 
 use crate::node::Woken;
 use described::Decoded;
@@ -141,6 +140,7 @@ impl Engine {
     #[must_use]
     pub fn known_until(mut self, end: Option<Timestamp>) -> Self {
         self.gaps.known_until(end);
+        self.reactions.known_until(end);
         self
     }
 

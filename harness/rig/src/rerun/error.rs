@@ -42,6 +42,15 @@ pub enum RerunError {
         /// Time of the fault, s.
         at_s: f64,
     },
+    /// A device under test was switched off in real time: which of its inputs it still heard is not in the record.
+    #[error(
+        "a device under test was switched off in real time, at {at_s} s: what it still heard is not known"
+    )]
+    #[diagnostic(help("run the plan in virtual time"))]
+    SwitchedOff {
+        /// Time of the step, s.
+        at_s: f64,
+    },
     /// A fault filled the bus of the device under test: when its frames got through also depends on those of other nodes.
     #[error(
         "a fault filled a bus of the device under test from {at_s} s on: when its frames got through is not comparable"

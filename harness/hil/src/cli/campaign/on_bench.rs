@@ -13,6 +13,8 @@ use campaign::{Executor, Journal, Repeatedly, Repetition, Settings};
 use harness::executors::{Bench, OnBench, Site};
 use harness::operator::{Answers, Person};
 use harness::run_live::DEVICE_LOG;
+use harness::stopwatch::Stopwatch;
+use record::figures;
 use record::outcome::Outcome;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -123,7 +125,9 @@ impl CampaignArguments {
     ) -> Result<Option<Over<'a>>, Failure> {
         let Task { prepared, interrupt, screen, .. } = *task;
         let Hands { executor, bench, name, broken } = *hands;
+        let watch = Stopwatch::start();
         let (course, clean) = executor.without_faults(self.seed);
+        let each_s = watch.elapsed_s();
         broken()?;
         if clean.outcome != Outcome::Passed.name() {
             if interrupt.requested() {
@@ -146,6 +150,12 @@ impl CampaignArguments {
         for one in bench.unjudged() {
             screen.note(&format!("{} not judged: {}", one.name, one.why));
         }
+        screen.note(&format!(
+            "the run without faults took {}: {} take about {}, and more where one breaks a property",
+            figures::duration(each_s),
+            figures::counted(self.cases, "case", "cases"),
+            figures::duration(each_s * self.cases as f64)
+        ));
         let shrink_max = self.shrink_max(SHRINK_MAX);
         let settings = Settings { cases: self.cases, threads: NonZeroUsize::MIN, shrink_max };
         let begun = Begun { journal, earlier: saved::earlier(&folder), folder };
