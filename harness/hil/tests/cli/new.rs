@@ -80,7 +80,10 @@ fn without_a_command_the_plans_of_the_folder_run() {
 fn an_installed_program_finds_the_library_for_fmus_in_its_clone() {
     let hil = oven(&[]);
     let installed = hil.path("bin-hil");
-    fs::copy(env!("CARGO_BIN_EXE_hil"), &installed).unwrap();
+    // A program that is open for writing does not start: what another test starts meanwhile would inherit an open file.
+    let copy =
+        std::process::Command::new("cp").arg(env!("CARGO_BIN_EXE_hil")).arg(&installed).status();
+    assert!(copy.unwrap().success());
     let export = |library: &[&str]| {
         let mut command = std::process::Command::new(&installed);
         command.args(["export", "oven/devices/oven.toml", "--fmu", "oven.fmu"]).args(library);
