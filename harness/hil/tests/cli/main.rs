@@ -35,4 +35,5 @@ mod report;
 mod several_buses;
 mod silent_controller;
 mod small_bus;
+mod switched_off;
 mod watch;
