@@ -171,7 +171,7 @@ pub fn rerun(
                 _ => None,
             };
             let cycles = Step::walk(&prepared.plan.steps).filter_map(cycle).collect();
-            rerun::rerun(rig, moments.into(), (struck, cycles), records)
+            rerun::rerun(rig, moments.into(), struck, cycles, records)
         }
     }
 }

@@ -100,32 +100,22 @@ impl Decoder {
             return self.part(frame);
         };
         let message = &self.layout.messages[index];
-        let Carrier::Frame { length, .. } = message.carrier else { return None };
+        let Carrier::Frame { length, fd, .. } = message.carrier else { return None };
         if frame.is_remote() || !hears(self.sender, message) {
             return None;
         }
-        if frame.data().len() != length && !self.has_enough(index, frame, length) {
-            return None;
-        }
-        let message = &self.layout.messages[index];
-        self.layout.frames[index].read(message, frame.data(), &mut self.values);
-        let verdict = judge(message, frame.data(), &mut self.received[index], &mut self.values);
-        Some(Decoded { message: index, form: message, values: &self.values, verdict })
-    }
-
-    /// Counts a frame with another number of bytes than its message; returns whether there are as many.
-    #[cold]
-    fn has_enough(&mut self, index: usize, frame: &CanFrame, length: usize) -> bool {
         if frame.data().len() < length {
             self.damaged += 1;
             *self.short.entry(index).or_default() += 1;
-            return false;
+            return None;
         }
         // A frame of CAN FD is filled up to the next length that there is.
-        if !self.layout.messages[index].is_fd() {
+        if frame.data().len() > length && fd.is_none() {
             *self.long.entry(index).or_default() += 1;
         }
-        true
+        self.layout.frames[index].read(message, frame.data(), &mut self.values);
+        let verdict = judge(message, frame.data(), &mut self.received[index], &mut self.values);
+        Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
     /// The message that a frame of the transport protocol completes.

@@ -153,8 +153,7 @@ impl Director {
                     return self.engine.broke(now, &why);
                 };
                 // The plan goes on once it is on again.
-                node.supply.on_at = now + off;
-                return node.switch(now, false);
+                return node.cut_for(now, off);
             }
             Order::Send(send) => match send_message(rig, now, &send) {
                 Ok(()) => return,

@@ -16,7 +16,7 @@ use plan::DEVICE;
 use plan::faults::FaultKind;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 #[derive(Debug)]
 pub struct Node {
@@ -176,6 +176,22 @@ impl Node {
             self.part,
             Part::Described(_) | Part::Own(_) | Part::Replayed(_) | Part::Process(_)
         )
+    }
+
+    /// Cuts its supply for a time: [`back`](Self::back) ends it.
+    pub(super) fn cut_for(&mut self, now: Timestamp, off: Span) {
+        self.supply.on_at = now + off;
+        self.switch(now, false);
+    }
+
+    /// Undoes a cut that has lasted its time; returns whether there was one.
+    pub(super) fn back(&mut self, now: Timestamp) -> bool {
+        let is_due = self.supply.on_at <= now;
+        if is_due {
+            self.supply.on_at = Timestamp::MAX;
+            self.switch(now, true);
+        }
+        is_due
     }
 
     /// Cuts its supply, or undoes one cut.

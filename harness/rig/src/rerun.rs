@@ -81,7 +81,8 @@ pub type Cycles = BTreeMap<String, (String, Span)>;
 pub fn rerun(
     rig: Rig,
     Moments { clock, closed }: Moments,
-    (faults, cycles): (Vec<(Fault, Chances)>, Cycles),
+    faults: Vec<(Fault, Chances)>,
+    cycles: Cycles,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
     let is_tested =
@@ -201,12 +202,7 @@ impl Again {
     /// Wakes the devices under test that are due, and sends their outputs.
     fn settle(&mut self) {
         for place in self.tested.clone() {
-            let node = &mut self.rig.nodes[place];
-            if node.supply.on_at <= self.now {
-                node.supply.on_at = Timestamp::MAX;
-                node.switch(self.now, true);
-                self.is_reached = true;
-            }
+            self.is_reached |= self.rig.nodes[place].back(self.now);
             let is_due = self.rig.nodes[place].next_wakeup() <= self.now;
             match &mut self.rig.nodes[place].part {
                 Part::Controller(machine) if is_due => machine.wake(self.now),

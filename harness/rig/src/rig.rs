@@ -247,9 +247,7 @@ impl Rig {
         mut told: impl FnMut(Woken),
     ) {
         for place in 0..self.nodes.len() {
-            if self.nodes[place].supply.on_at <= now {
-                self.nodes[place].supply.on_at = Timestamp::MAX;
-                self.nodes[place].switch(now, true);
+            if self.nodes[place].back(now) {
                 told(Woken::Back);
                 reached(place);
             }

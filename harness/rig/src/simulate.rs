@@ -166,7 +166,8 @@ impl Simulation {
             Some(faults) => faults.finish(*now, rig, director, None, sink),
             None => Vec::new(),
         };
-        let verdicts = |watch: Box<Watch>| watch.into_monitor().verdicts(end);
+        let known = end.min(director.engine.known_until);
+        let verdicts = |watch: Box<Watch>| watch.into_monitor().verdicts(known);
         Ended {
             end,
             events: self.events,

@@ -8,15 +8,16 @@ use std::sync::Arc;
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
-/// Converts a log, from its earliest entry on or from its `zero`, without error frames, in the order of the times: a logger of several channels
-/// may write one after the other. `zero` says of the earliest time whether the log counts from a zero of its own. The note says how many entries were earlier than one before.
+/// Converts a log, without error frames, in the order of the times: a logger of several channels may write one after the other.
+/// `origin` says, by the time of the earliest entry, from which time on the entries count. The note says how many were earlier
+/// than one before.
 ///
 /// # Errors
 ///
 /// When it cannot be read to its end.
 pub fn logged(
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
-    zero: impl FnOnce(Timestamp) -> bool,
+    origin: impl FnOnce(Timestamp) -> Timestamp,
 ) -> Result<(Vec<Logged>, Option<String>), LogError> {
     let mut log = Vec::new();
     let (mut latest, mut earlier, mut by) = (None, 0_u64, Span::ZERO);
@@ -41,8 +42,8 @@ pub fn logged(
         log.push((entry.at, logged));
     }
     log.sort_by_key(|(at, _)| *at);
-    let first = log.first().map_or(Timestamp::ZERO, |(at, _)| *at);
-    let (origin, mut last) = (if zero(first) { Timestamp::ZERO } else { first }, Span::ZERO);
+    let earliest = log.first().map_or(Timestamp::ZERO, |(at, _)| *at);
+    let (origin, mut last) = (origin(earliest), Span::ZERO);
     let log = log.into_iter().map(|(at, logged)| {
         // Of several at one time each is a nanosecond later than the one before, in the order of the log. The first is later
         // than the beginning of the plan, so that it belongs to the first step.

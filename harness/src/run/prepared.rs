@@ -221,8 +221,10 @@ impl Prepared {
     fn engine(&self, bench: Option<&Bench>) -> Engine {
         let engine =
             Engine::new(Arc::clone(&self.plan), Timestamp::ZERO).hearing(&self.rig.speakers);
-        let engine = engine.with_models(self.models.clone());
-        let engine = engine.known_until(self.known_until());
+        let mut engine = engine.with_models(self.models.clone());
+        if let Some(lasted) = self.rig.logged {
+            engine.known_until = Timestamp::ZERO + lasted;
+        }
         if let Some(bench) = bench {
             return engine.with_robot(bench.facts(), self.calibrations.clone());
         }
@@ -231,11 +233,6 @@ impl Prepared {
             |node: &&RigNode| matches!(node.part, NodePart::UnderTest(_) | NodePart::Replayed(_));
         let awaited = self.rig.nodes.iter().filter(awaited).map(|node| node.name.clone());
         engine.awaiting(awaited.collect())
-    }
-
-    /// The end of the log that plays the rig.
-    fn known_until(&self) -> Option<Timestamp> {
-        self.rig.logged.map(|lasted| Timestamp::ZERO + lasted)
     }
 
     /// Starts the device that plays the node under test at `place` in virtual time; `None` if nothing plays it.
@@ -258,8 +255,7 @@ impl Prepared {
         let is_anything = |asked: &&[Property]| limits.is_some() || !asked.is_empty();
         let monitor = properties
             .filter(is_anything)
-            .map(|asked| Monitor::new(asked, limits.as_ref(), &self.rig.speakers))
-            .map(|monitor| monitor.known_until(self.known_until()));
+            .map(|asked| Monitor::new(asked, limits.as_ref(), &self.rig.speakers));
         let mut engine = self.engine(bench.as_ref());
         let paper = bench.map(|bench| {
             let config = bench.controller_config();

@@ -96,7 +96,7 @@ fn log(file: &Source) -> Result<LogRead, RigError> {
         Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
             let text = std::io::Cursor::new(file.text.as_bytes());
             let mut reader = LogReader::new(path, text, format)?;
-            let (entries, moved) = super::logged::logged(&mut reader, |_| false)?;
+            let (entries, moved) = super::logged::logged(&mut reader, |earliest| earliest)?;
             Ok((entries, reader.notes().into_iter().chain(moved).collect()))
         }
         _ => Err(RigError::LogFormat { origin: file.origin.clone() }),

@@ -1,5 +1,6 @@
 //! Normal equations.
 
+use super::basis::Basis;
 use super::sums::{ROWS, dot};
 
 /// A least-squares solution.
@@ -121,6 +122,18 @@ impl Normal {
         let share = |(i, row): (usize, &Vec<f64>)| row[i] * row[i] / self.products[i][i];
         let is_sure = !lower.iter().enumerate().map(share).any(|share| DOUBTFUL.contains(&share));
         (is_sure && left > LEFT_MIN * square).then_some(left)
+    }
+
+    /// Sum of squares that the columns of these equations leave of their `target`: of the `columns` themselves where the products do
+    /// not determine it.
+    pub fn left_of(&self, target: &[f64], columns: impl FnOnce() -> Vec<Vec<f64>>) -> f64 {
+        self.left(dot(target, target)).unwrap_or_else(|| {
+            let mut basis = Basis::default();
+            basis.extend(columns());
+            let mut target = target.to_vec();
+            basis.project(&mut target);
+            dot(&target, &target)
+        })
     }
 
     /// Cholesky factors; zeros for a column with less than this share of its square left beyond those before it.

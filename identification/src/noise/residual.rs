@@ -1,7 +1,7 @@
 //! What noise is fitted to, and how well it explains it.
 
 use super::{Layout, NoiseModel, Whitener};
-use crate::linear::{Basis, Normal, dot};
+use crate::linear::Normal;
 
 /// A residual, less what columns explain of it, as noise is fitted to it.
 #[derive(Clone, Copy)]
@@ -19,14 +19,8 @@ impl Residual<'_> {
         let all: Vec<&[f64]> =
             self.columns.iter().map(Vec::as_slice).chain([self.values]).collect();
         let mut white = whitener.apply_each(&all);
-        let mut target = white.pop().unwrap_or_default();
-        let left = Normal::of(&white, &target).left(dot(&target, &target));
-        let sum = left.unwrap_or_else(|| {
-            let mut basis = Basis::default();
-            basis.extend(white);
-            basis.project(&mut target);
-            dot(&target, &target)
-        });
-        whitener.log_likelihood(sum)
+        let target = white.pop().unwrap_or_default();
+        let left = Normal::of(&white, &target).left_of(&target, || white);
+        whitener.log_likelihood(left)
     }
 }

@@ -48,7 +48,7 @@ impl<'a> Search<'a> {
         let unit = if layout.is_level() { layout.interval().powi(-2) * 1e-2 } else { 1.0 };
         let mut search = Self {
             known: RefCell::default(),
-            fine: whole.again(),
+            fine: whole.clone(),
             whole,
             coarse: None,
             correlations: correlations(layout),

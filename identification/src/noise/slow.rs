@@ -146,7 +146,7 @@ impl Means {
             let before = dot(&column, &column);
             basis.project(&mut column);
             let left = dot(&column, &column);
-            // A column that depends on others removes nothing more: what rounding leaves of it is none.
+            // A column that depends on others removes nothing more: what is left of it is rounding.
             if left > DEPENDENT * before && basis.push(column) {
                 determinant += left.ln();
             }

@@ -3,13 +3,14 @@
 use super::layout::means;
 use super::residual::Residual;
 use super::{Layout, NoiseModel, Whitener};
-use crate::linear::{Basis, Normal, dot};
+use crate::linear::Normal;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
 
 /// Observations under many noises, beside columns of their own.
+#[derive(Clone)]
 pub(super) struct View<'a> {
     seen: Rc<Seen<'a>>,
     /// Further columns.
@@ -71,11 +72,6 @@ impl<'a> View<'a> {
         Self { seen: Rc::new(seen), more: Vec::new() }
     }
 
-    /// The same observations.
-    pub(super) fn again(&self) -> Self {
-        Self { seen: Rc::clone(&self.seen), more: self.more.clone() }
-    }
-
     /// Means of every `block` of its observations.
     pub(super) fn means(&self, block: usize) -> Self {
         let Seen { layout, values, columns, left_out, known, .. } = &*self.seen;
@@ -134,15 +130,9 @@ impl<'a> View<'a> {
         let equations = self.seen.equations(noise);
         let Equations { whitener, columns, target, normal } = &*equations;
         let more = whitener.apply_all(&self.more);
-        let left = normal.with(columns, &more, target).left(dot(target, target));
-        let sum = left.unwrap_or_else(|| {
-            let mut basis = Basis::default();
-            basis.extend(columns.iter().cloned().chain(more).collect());
-            let mut target = target.clone();
-            basis.project(&mut target);
-            dot(&target, &target)
-        });
-        weight * whitener.log_likelihood(sum)
+        let with_more = normal.with(columns, &more, target);
+        let left = with_more.left_of(target, || columns.iter().cloned().chain(more).collect());
+        weight * whitener.log_likelihood(left)
     }
 }
 

@@ -22,11 +22,11 @@ const HALVINGS: usize = 30;
 /// What F of one degree of freedom exceeds once in twenty times.
 const ONE_IN_TWENTY: f64 = 3.84;
 
-/// Moves a limit that explains `most` to where all beyond it is missing, between `low` and `high`, if the readings do not tell that
+/// Moves a limit that explains `most` to where all beyond it is missing, within `range`, if the readings do not tell that
 /// some passes.
-pub(super) fn harden(scene: &Scene<'_>, shape: &mut Shape, (low, high): (f64, f64), most: f64) {
+pub(super) fn harden(scene: &Scene<'_>, shape: &mut Shape, range: (f64, f64), most: f64) {
     let gain = scene.data.channels.gain;
-    let (mut low, mut high) = (low, high);
+    let (mut low, mut high) = range;
     let mut hard = shape.clone();
     for _ in 0..HALVINGS {
         let middle = f64::midpoint(low, high);

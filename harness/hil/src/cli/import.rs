@@ -13,7 +13,6 @@ use clap::Args;
 use described::hint;
 use harness::run::Prepared;
 use plan::made::Made;
-use plan::replayed::Named;
 use record::figures;
 use record::outcome::Outcome;
 use std::path::PathBuf;
@@ -48,8 +47,8 @@ pub(super) struct ImportArguments {
     /// line's name, the only one, or that of the base's first frame]
     #[arg(long, value_name = "LINE=CHANNEL", value_parser = channel)]
     channel: Vec<OfLine>,
-    /// Begin the plan with the first frame of the log. [default: at the zero of a log without dates, and with the first
-    /// frame of one that has them]
+    /// Begin the plan with the first frame of the log, as it always does for the paper's robot. [default: at the zero of a
+    /// log without dates, and with the first frame of one that has them]
     #[arg(long)]
     from_first: bool,
 }
@@ -80,9 +79,10 @@ impl ImportArguments {
         if prepared.rig.robot.is_none() {
             let named = |line: &str| self.named(Some(line)).or(self.named(None));
             let named = |line: &str| named(line).map(Channel::as_str);
-            let how = (&named as Named<'_>, self.from_first);
-            let summary = import_rig_to_folder(&prepared, reader.by_ref(), how, &folder)
-                .map_err(|error| error.of(&self.log))?;
+            let entries = reader.by_ref();
+            let summary =
+                import_rig_to_folder(&prepared, entries, &named, self.from_first, &folder)
+                    .map_err(|error| error.of(&self.log))?;
             tell_notes(&self.log, &reader, screen);
             let outcome = summary.outcome;
             say(&console::measurements_table(&[summary], Style::of_stdout()))?;

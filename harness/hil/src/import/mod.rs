@@ -85,11 +85,11 @@ fn kept(
         !is_error
     };
     let mut begins_s = 0.0;
-    let zero = |first: Timestamp| {
-        begins_s = first.as_secs_f64();
-        begins_s < DATED_S && !from_first
+    let origin = |earliest: Timestamp| {
+        begins_s = earliest.as_secs_f64();
+        if begins_s < DATED_S && !from_first { Timestamp::ZERO } else { earliest }
     };
-    let (log, note) = logged(entries.into_iter().filter(is_kept).take(most + 1), zero)?;
+    let (log, note) = logged(entries.into_iter().filter(is_kept).take(most + 1), origin)?;
     if log.len() > most {
         return Err(ImportError::TooLong { most });
     }
@@ -159,7 +159,8 @@ fn assumed(plan: &Plan) -> Option<String> {
 pub fn import_rig_to_folder(
     prepared: &Prepared,
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
-    (named, from_first): (Named<'_>, bool),
+    named: Named<'_>,
+    from_first: bool,
     out: &Path,
 ) -> Result<Summary, ImportError> {
     let watch = Stopwatch::start();

@@ -31,9 +31,9 @@ mod programs;
 mod pty;
 mod recorded;
 mod report;
+mod reruns;
 #[cfg(target_os = "linux")]
 mod several_buses;
 mod silent_controller;
 mod small_bus;
-mod switched_off;
 mod watch;

@@ -362,25 +362,6 @@ fn what_a_plan_demands_sometimes_some_case_reaches() {
     assert!(ran.out.contains("stops: no case put it to the test"), "{}", ran.out);
 }
 
-/// The plan ends in the nanosecond in which a frame of the program arrives.
-#[test]
-fn what_is_under_way_at_the_end_of_a_run_is_the_same_in_its_rerun() {
-    let hil = project("pass");
-    let steps = "{ wait_until = { above = { quantity = \"beat.Count\", limit = 0.5 } } }, { wait = { duration_s = 0.5 } }";
-    let plan =
-        PLAN.replace("{ wait = { duration_s = 3 } }", steps).replace("_min = 20", "_min = 2");
-    fs::write(hil.path("beats.toml"), plan).unwrap();
-    hil.run(&["run", "./beats.toml", "--record", "full", "--out", "out"]).exits(0);
-    let shown = hil.run(&["show", "out"]).exits(0).out;
-    let at = |what: &str| {
-        let line = shown.lines().find(|line| line.contains(what));
-        line.and_then(|line| line.split_whitespace().next())
-    };
-    assert_eq!(at("frame 123#06"), at("end steps[1]"), "{shown}");
-    let again = hil.run(&["rerun", "out"]).exits(0).out;
-    assert!(again.contains("the same: 6 outputs"), "{again}");
-}
-
 #[test]
 fn a_stall_in_which_a_program_was_to_send_has_struck() {
     let noted = |at_s: f64, for_s: f64| {

@@ -20,8 +20,6 @@ pub struct Monitor {
     of_robot: Option<Box<OfRobot>>,
     /// The plan's own properties, in order.
     stated: Vec<Statement>,
-    /// What came later is unknown.
-    known_until: Option<Timestamp>,
 }
 
 /// Judges the built-in properties.
@@ -107,15 +105,7 @@ impl Monitor {
             of_robot: limits.map(|limits| Box::new(OfRobot::new(&properties, limits))),
             stated: stated.collect(),
             properties,
-            known_until: None,
         }
-    }
-
-    /// What came after this is unknown, however long the run goes on: the log that it replays ends there.
-    #[must_use]
-    pub const fn known_until(mut self, end: Option<Timestamp>) -> Self {
-        self.known_until = end;
-        self
     }
 
     /// Takes an observation at `now`. Times never decrease.
@@ -149,7 +139,6 @@ impl Monitor {
 
     /// The result of each property, in the order given. The run, and with it the current step, ends at `end`.
     pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
-        let end = self.known_until.map_or(end, |known| known.min(end));
         if let Some(of_robot) = &mut self.of_robot {
             let OfRobot { senses, judges, .. } = &mut **of_robot;
             let all: Vec<usize> = (0..judges.len()).collect();

@@ -105,7 +105,7 @@ impl Engine {
                 self.rounds += u64::from(std::mem::take(&mut self.round_begun));
                 let label = step.label.as_ref().map(|label| label.as_str());
                 let tags = self.program.tags(&step.action, label, self.rounds);
-                let gaps = self.gaps.left(now, &self.tags, &tags);
+                let gaps = self.gaps.left(now.min(self.known_until), &self.tags, &tags);
                 self.observe(now, |collector| collector.gaps(gaps, OPEN_AT_STEP));
                 self.tags = tags;
                 self.reactions.step_began(now, &self.tags);

@@ -10,7 +10,6 @@ use wire::time::{Span, Timestamp};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Gaps {
     each: Vec<Gap>,
-    known_until: Option<Timestamp>,
 }
 
 #[derive(Debug, Clone)]
@@ -44,12 +43,7 @@ impl Gaps {
                 judges: vec![declared.clone()],
             });
         }
-        Self { each: gaps, known_until: None }
-    }
-
-    /// Nothing is known of what came after this: a gap is judged up to there.
-    pub(super) fn known_until(&mut self, end: Option<Timestamp>) {
-        self.known_until = end;
+        Self { each: gaps }
     }
 
     /// A message came.
@@ -84,9 +78,8 @@ impl Gaps {
         now: Timestamp,
         is_telling: impl Fn(f64, &[Declared], f64) -> bool,
     ) -> Vec<(String, f64)> {
-        let end = self.known_until.map_or(now, |known| known.min(now));
         let open = self.each.iter().filter_map(|gap| {
-            let seconds = (end - gap.last?).as_secs_f64();
+            let seconds = (now - gap.last?).as_secs_f64();
             let is_telling = is_telling(gap.longest.as_secs_f64(), &gap.judges, seconds);
             is_telling.then(|| (gap.quantity.clone(), seconds))
         });

@@ -68,6 +68,8 @@ pub struct Engine {
     answer_deadline: Timestamp,
     plan_deadline: Timestamp,
     began: Timestamp,
+    /// Nothing is known of what the nodes sent after this: a log that plays them ends there.
+    pub known_until: Timestamp,
     signals: Signals,
     gaps: Gaps,
     reactions: Reactions,
@@ -109,6 +111,7 @@ impl Engine {
             answer_deadline: Timestamp::MAX,
             plan_deadline,
             began: now,
+            known_until: Timestamp::MAX,
             signals: Signals::default(),
             gaps: Gaps::default(),
             reactions: Reactions::default(),
@@ -133,14 +136,6 @@ impl Engine {
         self.gaps = Gaps::of(&self.plan, speakers);
         self.reactions = Reactions::of(&self.plan, speakers);
         self.transfers = Transfers::of(speakers);
-        self
-    }
-
-    /// Nothing is known of what the nodes sent after `end`, if there is one.
-    #[must_use]
-    pub fn known_until(mut self, end: Option<Timestamp>) -> Self {
-        self.gaps.known_until(end);
-        self.reactions.known_until(end);
         self
     }
 

@@ -19,7 +19,6 @@ pub(super) struct Reactions {
     awaited: Option<Awaited>,
     /// The steps during which stimuli came that still wait, the last one always: when each began, and its tags.
     steps: VecDeque<(Timestamp, Tags)>,
-    known_until: Option<Timestamp>,
 }
 
 #[derive(Debug, Clone)]
@@ -48,12 +47,7 @@ impl Reactions {
             formulas.extend([from, to]);
         }
         let reads = Reads::of(&formulas, speakers);
-        Self { each, reads, awaited: None, steps: VecDeque::new(), known_until: None }
-    }
-
-    /// Nothing is known of what came after this: a stimulus has waited up to there.
-    pub(super) fn known_until(&mut self, end: Option<Timestamp>) {
-        self.known_until = end;
+        Self { each, reads, awaited: None, steps: VecDeque::new() }
     }
 
     /// Waits from now on, and no longer than to the end of `until`, for the first answer to a stimulus of the reaction
@@ -132,7 +126,6 @@ impl Reactions {
 
     /// Ends the run: returns the answers by now and how long the open stimuli have waited.
     pub(super) fn finish(&mut self, now: Timestamp) -> Vec<Took> {
-        let now = self.known_until.map_or(now, |known| known.min(now));
         self.each.iter_mut().for_each(|(_, reaction)| reaction.finish(now));
         let mut answers = self.answers();
         for (quantity, reaction) in &self.each {

@@ -292,8 +292,9 @@ impl Engine {
             Some(robot) => (robot.times_degraded, robot.times_fault, robot.says_lost, robot.state),
             None => Default::default(),
         };
-        let reactions = self.reactions.finish(now);
-        let gaps = self.gaps.finish(now);
+        let known = now.min(self.known_until);
+        let reactions = self.reactions.finish(known);
+        let gaps = self.gaps.finish(known);
         self.observe(now, |collector| {
             collector.gaps(gaps, q::OPEN_AT_END);
             reactions.into_iter().for_each(|took| collector.reaction(took));

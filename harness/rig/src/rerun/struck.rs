@@ -15,9 +15,7 @@ impl Again {
             return Err(RerunError::SwitchedOff { at_s: self.now.as_secs_f64() });
         }
         self.settle();
-        let node = &mut self.rig.nodes[place];
-        node.supply.on_at = self.now + off;
-        node.switch(self.now, false);
+        self.rig.nodes[place].cut_for(self.now, off);
         Ok(())
     }
 

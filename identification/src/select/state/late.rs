@@ -9,7 +9,7 @@ use crate::select::scene::Scene;
 /// Gain in log-likelihood from which another way of being late takes the place of one.
 const LIKELIER: f64 = 3.0;
 
-/// The way in which `shape` says that readings are late, if it does. A clock that goes wrong is none: it is rarer by far.
+/// The way in which `shape` says that readings are late, if it does. A clock that goes wrong does not count: it is rarer by far.
 fn way(shape: &Shape) -> Option<Timing> {
     Timing::of(shape).filter(|_| shape.acts != Acts::Clock)
 }
