@@ -20,7 +20,8 @@ pub(super) fn delay(effects: &[&Effect]) -> Option<String> {
     if !(late || sizes.iter().all(|size| *size < 0.0)) || ends.1 > SAME_DELAY * ends.0 {
         return None;
     }
-    let (unit, one) = unit_of_time(ends.1);
+    let is_of_rows = effects.iter().all(|effect| effect.parameters[0].unit == "1");
+    let (unit, one) = if is_of_rows { ("rows", 1.0) } else { unit_of_time(ends.1) };
     let [low, high] = [ends.0, ends.1].map(|size| short(size / one));
     let size = if low == high { low } else { format!("{low} to {high}") };
     let way = if late { "later" } else { "earlier" };

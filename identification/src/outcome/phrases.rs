@@ -32,7 +32,7 @@ pub(super) fn seen(effect: &Effect, at: usize) -> String {
     match wrap {
         Wrap::RateOf => format!("the rate of change of {field}"),
         Wrap::LagOf => {
-            format!("{field} through a lag of {}", number(effect, "time_constant"))
+            format!("{field} through a lag of {}", time(effect, "time_constant"))
         }
         Wrap::BranchOf => format!("{field} and where it came from (hysteresis)"),
         Wrap::Abs => format!("the size of {field}"),
@@ -46,6 +46,15 @@ pub(super) fn seen(effect: &Effect, at: usize) -> String {
 /// A number of the effect with its unit.
 pub(super) fn number(effect: &Effect, name: &str) -> String {
     effect.parameters.iter().find(|one| one.name == name).map_or_else(String::new, with_unit)
+}
+
+/// A time of the effect: in rows where the record has no times.
+pub(super) fn time(effect: &Effect, name: &str) -> String {
+    let found = effect.parameters.iter().find(|one| one.name == name);
+    found.map_or_else(String::new, |one| match one.unit.as_str() {
+        "1" => format!("{} rows", short(one.value)),
+        _ => with_unit(one),
+    })
 }
 
 pub(super) fn with_unit(parameter: &Parameter) -> String {

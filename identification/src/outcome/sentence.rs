@@ -1,7 +1,9 @@
 //! Causes in sentences, as one engineer would write them to another.
 
 use super::delay::{delay, is_delay};
-use super::phrases::{number, of_axis, plain, quantity, seen, subject, why_it_drifts, with_unit};
+use super::phrases::{
+    number, of_axis, plain, quantity, seen, subject, time, why_it_drifts, with_unit,
+};
 use super::polynomial::is_polynomial;
 use crate::dataset::Drive;
 use crate::finding::Effect;
@@ -176,7 +178,7 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
             )
         }
         ("noise", "correlated_noise") => {
-            let memory = number(effect, "correlation_time");
+            let memory = time(effect, "correlation_time");
             format!("What is measured{of} wanders by {size} and comes back after about {memory}.")
         }
         ("noise", name) => {
@@ -215,21 +217,24 @@ fn by_form(effect: &Effect, value: f64, size: &str, unit: &str) -> String {
         "product" => format!("{subject} changes with {what} times {}: {size}.", seen(effect, 1)),
         "exponential" => format!(
             "{subject} settles after the start: {size}, with a time constant of {}.",
-            number(effect, "time_constant")
+            time(effect, "time_constant")
         ),
         "harmonic" | "periodic" => {
             let other = effect.parameters.get(1).map_or(0.0, |sin| sin.value);
             let amplitude = quantity(value.hypot(other), unit);
             let cycle = match effect.form.as_str() {
-                "periodic" => format!("a period of {}", number(effect, "period")),
+                "periodic" => format!("a period of {}", time(effect, "period")),
                 _ => what,
             };
             format!("{subject} swings with {cycle}: amplitude {amplitude}.")
         }
         "step" => {
             let at = effect.parameters.iter().find(|one| one.name == "at");
-            let at = at.map(|at| format!(" at {} {}", short(at.value), at.unit));
-            format!("{subject} jumps by {size}{}.", at.unwrap_or_default())
+            let at = at.map_or_else(String::new, |at| match at.unit.as_str() {
+                "1" => format!(" at row {}", short(at.value)),
+                unit => format!(" at {} {unit}", short(at.value)),
+            });
+            format!("{subject} jumps by {size}{at}.")
         }
         _ => {
             let both = if effect.drivers.len() > 1 {
@@ -329,6 +334,35 @@ mod tests {
         assert_eq!(
             cause(&over("harmonic_2(heading)", "harmonic", -3e-5, "rad/s"), None),
             "The bias of axis y swings with heading, 2 times a turn: amplitude 3.00e-5 rad/s."
+        );
+    }
+
+    #[test]
+    fn a_record_without_times_counts_in_rows() {
+        let mut lags = over("lag_of(coil)", "linear", 0.1, "any");
+        let constant = |name: &str, value, unit: &str| Parameter {
+            name: name.to_owned(),
+            value,
+            unit: unit.to_owned(),
+            ..lags.parameters[0].clone()
+        };
+        let (rows, seconds) =
+            (constant("time_constant", 1299.0, "1"), constant("time_constant", 1299.0, "s"));
+        let mut jumps = over("sample", "step", 0.1, "deg/h");
+        jumps.parameters.push(constant("at", 4210.0, "1"));
+        lags.parameters.push(rows);
+        assert_eq!(
+            causes(&[lags.clone(), jumps, effect("delay", "delay", "delay", 3.0, "1")], None),
+            [
+                "The bias of axis y changes with coil through a lag of 1299 rows: 0.100 any.",
+                "The bias of axis y jumps by 0.100 deg/h at row 4210.",
+                "What is measured comes 3.00 rows later than the reference.",
+            ]
+        );
+        lags.parameters[1] = seconds;
+        assert_eq!(
+            cause(&lags, None),
+            "The bias of axis y changes with coil through a lag of 21.6 min: 0.100 any."
         );
     }
 

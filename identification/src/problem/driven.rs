@@ -115,10 +115,13 @@ fn windows(
             }
         }
     }
+    let few = match runs.len() {
+        1 => "one run is".to_owned(),
+        count => format!("{count} runs are"),
+    };
     notices.push(format!(
-        "{} runs are few: errors are those at the ends of {} windows of about {each:.1} s, each from where the \
-         reference says that it begins",
-        runs.len(),
+        "{few} few: errors are those at the ends of {} windows of about {each:.1} s, each from where the reference says \
+         that it begins",
         found.len()
     ));
     found
