@@ -62,7 +62,8 @@ pub struct Defect {
 
 impl Defect {
     /// `found` is shown escaped and shortened.
-    pub(super) fn new(expected: &'static str, found: &[u8]) -> Self {
+    pub(super) fn new(expected: &'static str, found: impl AsRef<[u8]>) -> Self {
+        let found = found.as_ref();
         // A character takes at most four bytes.
         let shown = &found[..found.len().min(4 * FOUND_CHARS_MAX)];
         let text = String::from_utf8_lossy(shown);

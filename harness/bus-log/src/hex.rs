@@ -1,24 +1,9 @@
 //! Converts numbers and bytes from and to text, without intermediate strings.
 
-/// Entry of [`VALUES`] for a byte that is not a hexadecimal digit.
-const NONE: u8 = 0xff;
-
-const VALUES: [u8; 256] = {
-    let mut values = [NONE; 256];
-    let mut value = 0;
-    while value < 16 {
-        values[DIGITS[value as usize] as usize] = value;
-        values[DIGITS[value as usize].to_ascii_lowercase() as usize] = value;
-        value += 1;
-    }
-    values
-};
-
 const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
 
 pub(super) fn digit(byte: u8) -> Option<u8> {
-    let value = VALUES[usize::from(byte)];
-    (value != NONE).then_some(value)
+    char::from(byte).to_digit(16).map(|value| value as u8)
 }
 
 /// A number in one to eight hexadecimal digits.
@@ -34,10 +19,7 @@ pub(super) fn decimal(digits: &[u8]) -> Option<u64> {
         return None;
     }
     digits.iter().try_fold(0u64, |number, byte| {
-        let value = byte.wrapping_sub(b'0');
-        if value > 9 {
-            return None;
-        }
+        let value = char::from(*byte).to_digit(10)?;
         number.checked_mul(10)?.checked_add(u64::from(value))
     })
 }

@@ -25,7 +25,7 @@ pub(super) fn read(
 }
 
 struct Mdf {
-    reader: mdf4::Reader<BufReader<File>>,
+    reader: mdf4::Reader<'static>,
     groups: Vec<Group>,
 }
 

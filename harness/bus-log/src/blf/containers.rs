@@ -143,7 +143,7 @@ impl<R: Read> Containers<R> {
             let [.., a, b, c, d, e, f, g, h] = base;
             let length = u64::from(u32::from_le_bytes([a, b, c, d]));
             let Some(left) = length.checked_sub(OBJECT_BASE_BYTES as u64) else {
-                return Err(self.malformed(Defect::new("an object of at least 16 bytes", &base)));
+                return Err(self.malformed(Defect::new("an object of at least 16 bytes", base)));
             };
             if u32::from_le_bytes([e, f, g, h]) != LOG_CONTAINER {
                 self.passed_over += 1;
@@ -161,7 +161,7 @@ impl<R: Read> Containers<R> {
                 _ => {
                     let found = format!("method {method}, {length} bytes");
                     let expected = "a container that is stored or compressed by zlib";
-                    return Err(self.malformed(Defect::new(expected, found.as_bytes())));
+                    return Err(self.malformed(Defect::new(expected, found)));
                 }
             };
             self.is_compressed = method == ZLIB;
@@ -214,7 +214,7 @@ impl<R: Read> Containers<R> {
 
     fn shorter(&self) -> LogError {
         let found = format!("the end after {} of {} bytes", self.offset, self.said);
-        self.malformed(Defect::new("as many bytes as the head says", found.as_bytes()).cut())
+        self.malformed(Defect::new("as many bytes as the head says", found).cut())
     }
 
     fn cut(&self) -> LogError {

@@ -45,7 +45,7 @@ impl Bytes<'_> {
         let rest = self.0.get(place..).unwrap_or_default();
         rest.first_chunk().copied().ok_or_else(|| {
             let found = format!("{} bytes behind its head", self.0.len());
-            Defect::new("an object as long as its type is", found.as_bytes())
+            Defect::new("an object as long as its type is", found)
         })
     }
 
@@ -80,13 +80,13 @@ pub(super) fn parse(kind: u32, object: &[u8], began: i64) -> Result<Option<Entry
     let time = whole.at(OBJECT_BASE_BYTES + 8).map(u64::from_le_bytes)?;
     let factor = if flags == TEN_MICROS { 10_000 } else { 1 };
     let since_begin = time.checked_mul(factor);
-    let since_begin = since_begin
-        .ok_or_else(|| Defect::new("a time before 2262", time.to_string().as_bytes()))?;
+    let since_begin =
+        since_begin.ok_or_else(|| Defect::new("a time before 2262", time.to_string()))?;
     let body = match object.get(head_bytes..) {
         Some(body) if head_bytes >= OBJECT_HEAD_BYTES => Bytes(body),
         _ => {
             let found = format!("{head_bytes} bytes");
-            return Err(Defect::new("the head of an object", found.as_bytes()));
+            return Err(Defect::new("the head of an object", found));
         }
     };
     let number = match kind {
@@ -94,7 +94,7 @@ pub(super) fn parse(kind: u32, object: &[u8], began: i64) -> Result<Option<Entry
         _ => u32::from(body.u16(0)?),
     };
     let channel = numbers::channel(number)
-        .ok_or_else(|| Defect::new("a channel from 1", number.to_string().as_bytes()))?;
+        .ok_or_else(|| Defect::new("a channel from 1", number.to_string()))?;
     let (direction, payload) = match kind {
         CAN_MESSAGE | CAN_MESSAGE2 => classic(&body)?,
         CAN_FD_MESSAGE => fd(&body)?,
@@ -107,7 +107,7 @@ pub(super) fn parse(kind: u32, object: &[u8], began: i64) -> Result<Option<Entry
     };
     let at = began.checked_add_unsigned(since_begin).ok_or_else(|| {
         let found = format!("{since_begin} ns since the begin");
-        Defect::new("a time before 2262", found.as_bytes())
+        Defect::new("a time before 2262", found)
     })?;
     Ok(Some(Entry { at: Timestamp::from_nanos(at), channel, direction, payload }))
 }
@@ -163,7 +163,7 @@ fn fd_64(body: &Bytes<'_>, head_bytes: usize) -> Result<Payload, Defect> {
 impl Frame<'_> {
     /// Data bytes missing for the length are zero, as in Vector's tools.
     fn payload(&self) -> Result<Payload, Defect> {
-        let bad = |expected, number: u32| Defect::new(expected, format!("{number:X}").as_bytes());
+        let bad = |expected, number: u32| Defect::new(expected, format!("{number:X}"));
         let raw = self.id & !EXTENDED;
         let id = can::identifier(raw, self.id & EXTENDED != 0);
         let id = id.ok_or_else(|| bad("an identifier up to 7FF, or up to 1FFFFFFF", self.id))?;

@@ -69,7 +69,7 @@ impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
             let (Some(length), Some(kind)) = (word(8), word(12)) else { return Ok(None) };
             if (length as usize) < OBJECT_BASE_BYTES {
                 let found = format!("{length} bytes");
-                let defect = Defect::new("an object of at least 16 bytes", found.as_bytes());
+                let defect = Defect::new("an object of at least 16 bytes", found);
                 return Err(self.containers.malformed(defect));
             }
             if !object::is_of_can(kind) {

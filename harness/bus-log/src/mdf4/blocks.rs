@@ -3,6 +3,7 @@
 use super::super::Format;
 use super::super::error::{Defect, LogError, Place};
 use super::BLOCK_HEAD_BYTES;
+use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -13,11 +14,16 @@ const DATA_MAX: usize = 256;
 /// Most bytes of a block that is read completely: a table of values, a text.
 const WHOLE_BYTES_MAX: u64 = 4 << 20;
 
+/// Bytes with random access.
+pub trait Input: Read + Seek + fmt::Debug {}
+
+impl<T: Read + Seek + fmt::Debug> Input for T {}
+
 /// A file with random access.
 #[derive(Debug)]
-pub(super) struct Source<R> {
+pub(super) struct Source<'s> {
     path: PathBuf,
-    input: R,
+    input: Box<dyn Input + 's>,
     length: u64,
 }
 
@@ -31,11 +37,11 @@ pub(super) struct Block {
     known: usize,
 }
 
-impl<R: Read + Seek> Source<R> {
-    pub(super) fn new(path: &Path, mut input: R) -> Result<Self, LogError> {
+impl<'s> Source<'s> {
+    pub(super) fn new(path: &Path, mut input: impl Input + 's) -> Result<Self, LogError> {
         let length = input.seek(SeekFrom::End(0));
         let length = length.map_err(|source| LogError::unreadable(path, source))?;
-        Ok(Self { path: path.to_owned(), input, length })
+        Ok(Self { path: path.to_owned(), input: Box::new(input), length })
     }
 
     pub(super) const fn length(&self) -> u64 {
@@ -46,6 +52,16 @@ impl<R: Read + Seek> Source<R> {
         LogError::malformed(&self.path, Format::Mdf4, Place::Byte(address), defect)
     }
 
+    /// The error that something else than expected is found in the block at that address.
+    pub(super) fn bad<T>(
+        &self,
+        address: u64,
+        expected: &'static str,
+        found: impl AsRef<[u8]>,
+    ) -> Result<T, LogError> {
+        Err(self.malformed(address, Defect::new(expected, found)))
+    }
+
     /// Fills `out`, or less at the end of the file.
     pub(super) fn at(&mut self, place: u64, out: &mut [u8]) -> Result<usize, LogError> {
         if place >= self.length {
@@ -53,16 +69,8 @@ impl<R: Read + Seek> Source<R> {
         }
         let mut read = || -> io::Result<usize> {
             self.input.seek(SeekFrom::Start(place))?;
-            let mut count = 0;
-            while count < out.len() {
-                match self.input.read(&mut out[count..]) {
-                    Ok(0) => break,
-                    Ok(more) => count += more,
-                    Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                    Err(error) => return Err(error),
-                }
-            }
-            Ok(count)
+            let mut input = (&mut self.input).take(out.len() as u64);
+            Ok(io::copy(&mut input, &mut &mut *out)? as usize)
         };
         read().map_err(|source| LogError::unreadable(&self.path, source))
     }
@@ -80,8 +88,7 @@ impl<R: Read + Seek> Source<R> {
         let links_bytes = link_count.checked_mul(8).and_then(|l| l.checked_add(head.len() as u64));
         let Some(data_bytes) = links_bytes.and_then(|bytes| length.checked_sub(bytes)) else {
             let found = format!("{length} bytes, {link_count} links");
-            let defect = Defect::new("a block that has room for its links", found.as_bytes());
-            return Err(self.malformed(address, defect));
+            return self.bad(address, "a block that has room for its links", found);
         };
         let mut links = [0; LINKS_MAX];
         let mut bytes = [0; 8 * LINKS_MAX];
@@ -106,17 +113,14 @@ impl<R: Read + Seek> Source<R> {
         if block.mark == mark.as_bytes() {
             return Ok(block);
         }
-        let defect = Defect::new(mark, &block.mark);
-        Err(self.malformed(address, defect))
+        self.bad(address, mark, block.mark)
     }
 
     /// Reads all links of a block, and the bytes after them.
     pub(super) fn whole(&mut self, block: &Block) -> Result<(Vec<u64>, Vec<u8>), LogError> {
         let length = block.length - BLOCK_HEAD_BYTES as u64;
         if length > WHOLE_BYTES_MAX {
-            let found = format!("{length} bytes");
-            let defect = Defect::new("a block of at most 4 MB", found.as_bytes());
-            return Err(self.malformed(block.address, defect));
+            return self.bad(block.address, "a block of at most 4 MB", format!("{length} bytes"));
         }
         let mut bytes = vec![0; length as usize];
         if self.at(block.address + BLOCK_HEAD_BYTES as u64, &mut bytes)? < bytes.len() {
@@ -135,8 +139,7 @@ impl<R: Read + Seek> Source<R> {
         }
         let block = self.any_block(address)?;
         if !matches!(block.mark(), b"##TX" | b"##MD") {
-            let defect = Defect::new("a text: `##TX` or `##MD`", block.mark());
-            return Err(self.malformed(address, defect));
+            return self.bad(address, "a text: `##TX` or `##MD`", block.mark());
         }
         let (_, data) = self.whole(&block)?;
         let text = data.split(|byte| *byte == 0).next().unwrap_or_default();

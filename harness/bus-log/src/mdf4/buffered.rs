@@ -4,7 +4,6 @@ use super::super::error::LogError;
 use super::super::window::Window;
 use super::blocks::Source;
 use super::chain::Chain;
-use std::io::{Read, Seek};
 
 /// A chain, and what is read of it and not taken yet.
 #[derive(Debug)]
@@ -27,20 +26,12 @@ impl Buffered {
     }
 
     /// Fills the buffer to `count` bytes; returns whether it now holds them.
-    pub(super) fn has<R: Read + Seek>(
-        &mut self,
-        count: usize,
-        source: &mut Source<R>,
-    ) -> Result<bool, LogError> {
+    pub(super) fn has(&mut self, count: usize, source: &mut Source<'_>) -> Result<bool, LogError> {
         self.window.has(count, |out| self.chain.read(source, out))
     }
 
     /// Takes `count` bytes; `false` if there are fewer.
-    pub(super) fn skip<R: Read + Seek>(
-        &mut self,
-        count: u64,
-        source: &mut Source<R>,
-    ) -> Result<bool, LogError> {
+    pub(super) fn skip(&mut self, count: u64, source: &mut Source<'_>) -> Result<bool, LogError> {
         self.window.skip(count, |out| self.chain.read(source, out))
     }
 

@@ -5,7 +5,6 @@ use super::super::error::{Defect, LogError};
 use super::BLOCK_HEAD_BYTES;
 use super::blocks::{Block, Source};
 use flate2::{Decompress, FlushDecompress, Status};
-use std::io::{Read, Seek};
 
 /// Most bytes of a transposed block, which is held in memory completely; the standard recommends 4 MB.
 const TRANSPOSED_BYTES_MAX: u64 = 64 << 20;
@@ -110,9 +109,9 @@ impl Chain {
     }
 
     /// Reads some bytes; zero at the end.
-    pub(super) fn read<R: Read + Seek>(
+    pub(super) fn read(
         &mut self,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
         out: &mut [u8],
     ) -> Result<usize, LogError> {
         loop {
@@ -148,7 +147,7 @@ impl Chain {
     }
 
     /// Advances to the next block; `false` at the end.
-    fn open<R: Read + Seek>(&mut self, source: &mut Source<R>) -> Result<bool, LogError> {
+    fn open(&mut self, source: &mut Source<'_>) -> Result<bool, LogError> {
         let address = if let Some(lost) = &mut self.lost {
             let defect = || Defect::new("the list of the blocks", b"the end of the file").cut();
             lost.blocks.next().ok_or_else(|| source.malformed(lost.end, defect()))?
@@ -169,8 +168,7 @@ impl Chain {
         self.began = address;
         self.blocks += 1;
         if self.blocks > source.length() / BLOCK_HEAD_BYTES as u64 {
-            let defect = Defect::new("blocks that lead to an end", b"a circle of links");
-            return Err(source.malformed(address, defect));
+            return source.bad(address, "blocks that lead to an end", b"a circle of links");
         }
         let block = source.any_block(address)?;
         match block.mark() {
@@ -192,18 +190,15 @@ impl Chain {
             }
             b"##LD" if self.list.left == 0 => self.list = self.columns(&block, source)?,
             other => {
-                let defect = Defect::new(
-                    "data: `##DT`, `##SD`, `##DV`, `##DI`, `##DZ`, `##DL`, `##LD` or `##HL`",
-                    other,
-                );
-                return Err(source.malformed(address, defect));
+                let data = "data: `##DT`, `##SD`, `##DV`, `##DI`, `##DZ`, `##DL`, `##LD` or `##HL`";
+                return source.bad(address, data, other);
             }
         }
         Ok(true)
     }
 
     /// The links of an `LD` block to what is read.
-    fn columns<R: Read + Seek>(&self, block: &Block, source: &Source<R>) -> Result<List, LogError> {
+    fn columns(&self, block: &Block, source: &Source<'_>) -> Result<List, LogError> {
         let (flags, count) = (block.u32(0), u64::from(block.u32(4)));
         let is_apart = flags & LD_INVALIDATION != 0;
         let links = 1 + count * (1 + u64::from(is_apart));
@@ -213,7 +208,7 @@ impl Chain {
                 true => "records with their invalidation bits (in MDF 4.2 apart from them)",
                 false => "a list with its links",
             };
-            return Err(source.malformed(block.address, Defect::new(expected, found.as_bytes())));
+            return source.bad(block.address, expected, found);
         }
         let behind = match self.content {
             Content::Whole | Content::Values => 0,
@@ -226,13 +221,12 @@ impl Chain {
 }
 
 /// Opens the contents of a `DZ` block.
-fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<Piece, LogError> {
+fn compressed(block: &Block, source: &mut Source<'_>) -> Result<Piece, LogError> {
     let (method, columns) = (block.u8(2), u64::from(block.u32(4)));
     let (length, left) = (block.u64(8), block.u64(16));
     if block.length.checked_sub(DZ_HEAD_BYTES).is_none_or(|room| room < left) {
         let found = format!("{left} bytes");
-        let defect = Defect::new("compressed data within their block", found.as_bytes());
-        return Err(source.malformed(block.address, defect));
+        return source.bad(block.address, "compressed data within their block", found);
     }
     let mut deflated = Deflated {
         inflate: Decompress::new(true),
@@ -268,7 +262,7 @@ fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<P
         other => {
             let found = format!("method {other}, {length} bytes in {columns} columns");
             let expected = "deflate, transposed at most 64 MB of it";
-            Err(source.malformed(block.address, Defect::new(expected, found.as_bytes())))
+            source.bad(block.address, expected, found)
         }
     }
 }
@@ -276,10 +270,10 @@ fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<P
 impl Deflated {
     /// Returns the number of bytes that were put into `out`; 0 at the end. The last ones only if the checksum of all
     /// fits.
-    fn read<R: Read + Seek>(
+    fn read(
         &mut self,
         began: u64,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
         out: &mut [u8],
     ) -> Result<usize, LogError> {
         let mut count = 0_usize;
@@ -325,7 +319,7 @@ impl Deflated {
             };
             if let Some(expected) = expected {
                 let found = format!("{} bytes of {}", self.inflate.total_out(), self.length);
-                return Err(source.malformed(began, Defect::new(expected, found.as_bytes())));
+                return source.bad(began, expected, found);
             }
             count += given;
             if count > 0 && !is_whole {

@@ -40,7 +40,7 @@ impl Field {
             return Ok(field);
         }
         let found = format!("{bits} bits from bit {bit}");
-        Err(Defect::new("a value of at most 64 bits, or whole bytes", found.as_bytes()))
+        Err(Defect::new("a value of at most 64 bits, or whole bytes", found))
     }
 
     /// The field of a variable-length channel: a record has the offset of its data, a 64-bit number for any type.

@@ -53,7 +53,7 @@ impl Frames {
         let at = at.and_then(|nanos| began.checked_add(nanos));
         let at = at.ok_or_else(|| {
             let found = format!("{:02x?}", self.clock.field.bytes(record));
-            Defect::new("a time before 2262", found.as_bytes())
+            Defect::new("a time before 2262", found)
         })?;
         let number = |field: Option<Field>| field.map(|field| field.number(record));
         let channel = number(self.channel)
@@ -74,7 +74,7 @@ impl Frames {
         let raw = number(self.id).unwrap_or(0);
         let bad_id = || {
             let found = format!("{raw:X}");
-            Defect::new("an identifier of 11 bits, or of 29", found.as_bytes())
+            Defect::new("an identifier of 11 bits, or of 29", found)
         };
         let raw = u32::try_from(raw).map_err(|_| bad_id())?;
         // Without `IDE`, bit 31 marks an extended identifier.
@@ -86,7 +86,7 @@ impl Frames {
         let length = length.filter(|length| *length <= FD_BYTES_MAX as u64).unwrap_or(u64::MAX);
         let bad_length = || {
             let found = format!("DLC {code}, length {length}");
-            Defect::new("a length that such a frame can have", found.as_bytes())
+            Defect::new("a length that such a frame can have", found)
         };
         if self.kind == Kind::Remote {
             let length = usize::try_from(length.min(DATA_BYTES_MAX as u64)).unwrap_or(0);

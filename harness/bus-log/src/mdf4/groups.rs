@@ -7,7 +7,6 @@ use super::frames::{Data, Frames};
 use super::unsorted::{Lengths, is_variable, lengths};
 use super::walk::{self, DEPTH_MAX};
 use super::{CG_BUS_EVENT, CG_REMOTE_MASTER, CN_FIXED, CN_MASTER, CN_MOST, CN_VARIABLE, Kind};
-use std::io::{Read, Seek};
 
 pub(super) const RECORD_BYTES_MAX: usize = 16 * 1024;
 /// Most data groups with frames: each has its own buffer.
@@ -40,10 +39,7 @@ pub(super) enum Records {
 }
 
 /// Reads the data groups of a file that have frames. Returns whether others have data, too.
-pub(super) fn all<R: Read + Seek>(
-    source: &mut Source<R>,
-    first: u64,
-) -> Result<(Vec<DataGroup>, bool), LogError> {
+pub(super) fn all(source: &mut Source<'_>, first: u64) -> Result<(Vec<DataGroup>, bool), LogError> {
     let (mut all, mut has_others, mut channels) = (Vec::new(), false, 0);
     walk::data_groups(source, first, |source, block, groups| {
         let lengths = lengths(&groups);
@@ -63,8 +59,8 @@ pub(super) fn all<R: Read + Seek>(
     Ok((all, has_others))
 }
 
-fn group_of<R: Read + Seek>(
-    source: &mut Source<R>,
+fn group_of(
+    source: &mut Source<'_>,
     block: &Block,
     channels: &mut usize,
 ) -> Result<Group, LogError> {
@@ -77,8 +73,7 @@ fn group_of<R: Read + Seek>(
         if flags & CG_REMOTE_MASTER != 0 {
             let expected =
                 "frames with their times (column-oriented frames of MDF 4.2 are not read)";
-            let defect = Defect::new(expected, b"a group without times");
-            return Err(source.malformed(address, defect));
+            return source.bad(address, expected, b"a group without times");
         }
         let mut found = Found::default();
         walk::channels(source, block.link(1), DEPTH_MAX, channels, &mut |source, channel| {
@@ -88,11 +83,8 @@ fn group_of<R: Read + Seek>(
         if let Some(frames) = found.frames().map_err(|defect| source.malformed(address, defect))? {
             let bytes = u64::from(block.u32(24)) + u64::from(block.u32(28));
             if bytes > RECORD_BYTES_MAX as u64 || bytes < frames.end() as u64 {
-                let defect = Defect::new(
-                    "records of at most 16384 bytes with all their values",
-                    format!("{bytes} bytes").as_bytes(),
-                );
-                return Err(source.malformed(address, defect));
+                let expected = "records of at most 16384 bytes with all their values";
+                return source.bad(address, expected, format!("{bytes} bytes"));
             }
             records = Records::Frames(Box::new(frames));
         }
@@ -114,9 +106,9 @@ const NAMES: [&str; 9] =
     ["BusChannel", "ID", "IDE", "DLC", "DataLength", "Dir", "EDL", "BRS", "ESI"];
 
 impl Found {
-    fn channel<R: Read + Seek>(
+    fn channel(
         &mut self,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
         channel: &Block,
         name: &str,
     ) -> Result<(), LogError> {
@@ -141,8 +133,7 @@ impl Found {
                 CN_VARIABLE if at != 0 => Data::Variable(Field::place_of(channel), at),
                 other => {
                     let found = format!("a channel of type {other}");
-                    let defect = Defect::new("data bytes in the file", found.as_bytes());
-                    return Err(source.malformed(channel.address, defect));
+                    return source.bad(channel.address, "data bytes in the file", found);
                 }
             });
         } else if let Some(place) = NAMES.iter().position(|known| *known == name)
@@ -158,10 +149,10 @@ impl Found {
         let clock = self.clock.ok_or_else(|| Defect::new("a master channel of time", b""))?;
         let [channel, id, ide, code, length, direction, edl, brs, esi] = self.fields;
         if kind != Kind::Error && id.is_none() {
-            return Err(Defect::new("a channel `ID`", kind.name().as_bytes()));
+            return Err(Defect::new("a channel `ID`", kind.name()));
         }
         if kind == Kind::Data && self.data.is_none() {
-            return Err(Defect::new("a channel `DataBytes`", kind.name().as_bytes()));
+            return Err(Defect::new("a channel `DataBytes`", kind.name()));
         }
         let data = self.data.filter(|_| kind == Kind::Data);
         let flags = [edl, brs, esi];
@@ -170,7 +161,7 @@ impl Found {
 }
 
 /// Offset and factor of a conversion (`CC` block), which must be absent or linear.
-fn linear<R: Read + Seek>(source: &mut Source<R>, address: u64) -> Result<(f64, f64), LogError> {
+fn linear(source: &mut Source<'_>, address: u64) -> Result<(f64, f64), LogError> {
     if address == 0 {
         return Ok((0.0, 1.0));
     }
@@ -179,9 +170,7 @@ fn linear<R: Read + Seek>(source: &mut Source<R>, address: u64) -> Result<(f64, 
         0 => Ok((0.0, 1.0)),
         1 => Ok((block.f64(24), block.f64(32))),
         other => {
-            let found = format!("conversion {other}");
-            let defect = Defect::new("a time with a linear conversion", found.as_bytes());
-            Err(source.malformed(address, defect))
+            source.bad(address, "a time with a linear conversion", format!("conversion {other}"))
         }
     }
 }

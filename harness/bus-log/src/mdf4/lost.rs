@@ -5,7 +5,6 @@ use super::IDENTIFICATION_BYTES;
 use super::blocks::Source;
 use super::chain::Chain;
 use super::groups::DataGroup;
-use std::io::{Read, Seek};
 
 /// The data of each group. Where the list of the blocks is lost, they are those that lie in the file, as far as it is
 /// certain whose they are: if several groups have data, a block is of the one of whose records alone it has a whole
@@ -13,8 +12,8 @@ use std::io::{Read, Seek};
 ///
 /// # Errors
 /// When the file cannot be read.
-pub(super) fn chains<R: Read + Seek>(
-    source: &mut Source<R>,
+pub(super) fn chains(
+    source: &mut Source<'_>,
     (groups, has_others): (&[DataGroup], bool),
     is_unfinished: bool,
 ) -> Result<Vec<Chain>, LogError> {

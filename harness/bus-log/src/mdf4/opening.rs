@@ -1,9 +1,8 @@
 //! Reads the start of a file: identification and header.
 
-use super::super::error::{Defect, LogError};
+use super::super::error::LogError;
 use super::blocks::{Block, Source};
 use super::{FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
-use std::io::{Read, Seek};
 
 /// Unfinished parts that do not matter here: counts of records, the length of the last data block, and the bytes of a
 /// variable-length group.
@@ -15,22 +14,28 @@ pub(super) struct Opened {
     pub(super) header: Block,
 }
 
-pub(super) fn open<R: Read + Seek>(source: &mut Source<R>) -> Result<Opened, LogError> {
+pub(super) fn open(source: &mut Source<'_>) -> Result<Opened, LogError> {
     let mut head = [0; IDENTIFICATION_BYTES];
     source.at(0, &mut head)?;
     let is_finished = head.starts_with(FILE_MARK);
     let version = u16::from_le_bytes([head[28], head[29]]);
     let unfinished = u16::from_le_bytes([head[60], head[61]]);
-    let bad =
-        |expected, found: &str| Err(source.malformed(0, Defect::new(expected, found.as_bytes())));
     if !is_finished && !head.starts_with(UNFINISHED_MARK) {
-        return bad("`MDF` and its version", &String::from_utf8_lossy(&head[..8]));
+        return source.bad(
+            0,
+            "`MDF` and its version",
+            String::from_utf8_lossy(&head[..8]).as_bytes(),
+        );
     }
     if !(400..500).contains(&version) {
-        return bad("version 4 of MDF", &format!("version {version}"));
+        return source.bad(0, "version 4 of MDF", format!("version {version}"));
     }
     if !is_finished && unfinished & !UNFINISHED != 0 {
-        return bad("a file that its logger finished", &format!("flags {unfinished:#06x}"));
+        return source.bad(
+            0,
+            "a file that its logger finished",
+            format!("flags {unfinished:#06x}"),
+        );
     }
     let header = source.block(IDENTIFICATION_BYTES as u64, "##HD")?;
     Ok(Opened { is_unfinished: !is_finished, header })

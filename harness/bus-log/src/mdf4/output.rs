@@ -4,23 +4,29 @@ use super::BLOCK_HEAD_BYTES;
 use super::laid::push_block;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use std::fmt;
 use std::io::{self, Seek, SeekFrom, Write};
 
 const LIST_BLOCKS: usize = 64;
 /// Flag of a list whose blocks, except the last, have equal length.
 const EQUAL: u8 = 1;
 
+/// Where a file is written.
+pub trait Target: Write + Seek + fmt::Debug {}
+
+impl<T: Write + Seek + fmt::Debug> Target for T {}
+
 #[derive(Debug)]
-pub(super) struct Output<W> {
-    out: W,
+pub(super) struct Output<'w> {
+    out: Box<dyn Target + 'w>,
     /// Bytes written so far, always a multiple of eight.
     place: u64,
 }
 
-impl<W: Write + Seek> Output<W> {
-    pub(super) fn new(mut out: W, begin: &[u8]) -> io::Result<Self> {
+impl<'w> Output<'w> {
+    pub(super) fn new(mut out: impl Target + 'w, begin: &[u8]) -> io::Result<Self> {
         out.write_all(begin)?;
-        Ok(Self { out, place: begin.len() as u64 })
+        Ok(Self { out: Box::new(out), place: begin.len() as u64 })
     }
 
     /// Address of the next byte.
@@ -104,9 +110,9 @@ impl Data {
     }
 
     /// Appends a record or a value, as appended by `push`. Writes a full block to the file.
-    pub(super) fn push<W: Write + Seek>(
+    pub(super) fn push(
         &mut self,
-        out: &mut Output<W>,
+        out: &mut Output<'_>,
         push: impl FnOnce(&mut Vec<u8>),
     ) -> io::Result<()> {
         push(&mut self.waiting);
@@ -114,7 +120,7 @@ impl Data {
     }
 
     /// Writes pending data; returns the address of the data, or zero if there are none.
-    pub(super) fn finish<W: Write + Seek>(&mut self, out: &mut Output<W>) -> io::Result<u64> {
+    pub(super) fn finish(&mut self, out: &mut Output<'_>) -> io::Result<u64> {
         self.flush(out)?;
         self.list(out)?;
         let Some((first, _)) = self.lists else { return Ok(0) };
@@ -122,7 +128,7 @@ impl Data {
         out.block(*b"##HL", &[first], &[u8::from(self.is_equal), 0, 0, 0, 0, 0, 0, 0])
     }
 
-    fn flush<W: Write + Seek>(&mut self, out: &mut Output<W>) -> io::Result<()> {
+    fn flush(&mut self, out: &mut Output<'_>) -> io::Result<()> {
         if self.waiting.is_empty() {
             return Ok(());
         }
@@ -141,7 +147,7 @@ impl Data {
     }
 
     /// Writes a list of data blocks, and links it from the previous list.
-    fn list<W: Write + Seek>(&mut self, out: &mut Output<W>) -> io::Result<()> {
+    fn list(&mut self, out: &mut Output<'_>) -> io::Result<()> {
         let blocks = std::mem::take(&mut self.blocks);
         if blocks.is_empty() {
             return Ok(());

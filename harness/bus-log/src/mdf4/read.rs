@@ -2,20 +2,18 @@
 
 use super::super::ReadEntries;
 use super::super::entry::Entry;
-use super::super::error::{Defect, LogError};
-use super::blocks::Source;
+use super::super::error::LogError;
+use super::blocks::{Input, Source};
 use super::groups;
 use super::lost;
 use super::opening::{Opened, open};
 use super::stream::Stream;
-use std::fmt;
-use std::io::{Read, Seek};
 use std::path::Path;
 
 /// The entries of an MDF file. It has one buffer per data group with frames.
 #[derive(Debug)]
-pub(crate) struct Reader<R: Read + Seek> {
-    source: Source<R>,
+pub(crate) struct Reader<'s> {
+    source: Source<'s>,
     streams: Vec<Stream>,
     /// Next entry of each stream; `None` at its end.
     heads: Vec<Option<Entry>>,
@@ -25,17 +23,16 @@ pub(crate) struct Reader<R: Read + Seek> {
     cut: Option<LogError>,
 }
 
-impl<R: Read + Seek> Reader<R> {
+impl<'s> Reader<'s> {
     /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
     /// When the file does not begin like an MDF file.
-    pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
+    pub(crate) fn new(path: &Path, input: impl Input + 's) -> Result<Self, LogError> {
         let mut source = Source::new(path, input)?;
         let Opened { is_unfinished, header } = open(&mut source)?;
         let Ok(began) = i64::try_from(header.u64(0)) else {
-            let defect = Defect::new("a begin before 2262", header.u64(0).to_string().as_bytes());
-            return Err(source.malformed(header.address, defect));
+            return source.bad(header.address, "a begin before 2262", header.u64(0).to_string());
         };
         let (groups, has_others) = groups::all(&mut source, header.link(0))?;
         let chains = lost::chains(&mut source, (&groups, has_others), is_unfinished)?;
@@ -48,7 +45,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 }
 
-impl<R: Read + Seek + fmt::Debug> ReadEntries for Reader<R> {
+impl ReadEntries for Reader<'_> {
     fn read(&mut self) -> Result<Option<Entry>, LogError> {
         for index in self.unknown.drain(..) {
             match self.streams[index].next(&mut self.source) {

@@ -9,7 +9,6 @@ use super::groups::{DataGroup, Group, RECORD_BYTES_MAX, Records};
 use super::unsorted::Unsorted;
 use super::variable::{Among, SignalData, WAITING_MAX};
 use std::collections::{HashMap, VecDeque};
-use std::io::{Read, Seek};
 use wire::can::FD_BYTES_MAX;
 
 #[derive(Debug)]
@@ -59,10 +58,7 @@ impl Stream {
     }
 
     /// Returns the next entry; `None` at the end.
-    pub(super) fn next<R: Read + Seek>(
-        &mut self,
-        source: &mut Source<R>,
-    ) -> Result<Option<Entry>, LogError> {
+    pub(super) fn next(&mut self, source: &mut Source<'_>) -> Result<Option<Entry>, LogError> {
         loop {
             if let Some(entry) = self.first(source)? {
                 return Ok(Some(entry));
@@ -93,7 +89,7 @@ impl Stream {
     }
 
     /// Returns the entry that has waited longest, if its data are there.
-    fn first<R: Read + Seek>(&mut self, source: &mut Source<R>) -> Result<Option<Entry>, LogError> {
+    fn first(&mut self, source: &mut Source<'_>) -> Result<Option<Entry>, LogError> {
         let Some((index, record)) = self.waiting.front() else { return Ok(None) };
         let Records::Frames(frames) = &self.groups[*index].records else { return Ok(None) };
         let entry = match frames.data {
@@ -105,8 +101,7 @@ impl Stream {
                         None if self.waiting.len() <= WAITING_MAX => return Ok(None),
                         None => {
                             let found = format!("none at {place} among 1024 records");
-                            let defect =
-                                Defect::new("data bytes near their frame", found.as_bytes());
+                            let defect = Defect::new("data bytes near their frame", found);
                             return Err(self.data.malformed(defect, source));
                         }
                     }
@@ -122,12 +117,12 @@ impl Stream {
         Ok(Some(entry))
     }
 
-    fn entry<R: Read + Seek>(
+    fn entry(
         &self,
         frames: &Frames,
         record: &[u8],
         variable: Option<&[u8]>,
-        source: &Source<R>,
+        source: &Source<'_>,
     ) -> Result<Entry, LogError> {
         let entry = frames.entry(self.began, record, variable);
         entry.map_err(|defect| self.data.malformed(defect, source))

@@ -5,7 +5,6 @@ use super::CG_VARIABLE;
 use super::blocks::{Block, Source};
 use super::buffered::Buffered;
 use super::chain::Chain;
-use std::io::{Read, Seek};
 use std::sync::Arc;
 
 /// Numbers of the groups in ascending order, each with the length of its records, bytes; none if the records state it.
@@ -43,9 +42,9 @@ impl Unsorted {
 
     /// Advances to the next record, which is to be taken or skipped then: the index of its group among the lengths, and
     /// its length. `None` at the end.
-    pub(super) fn next<R: Read + Seek>(
+    pub(super) fn next(
         &mut self,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
     ) -> Result<Option<(usize, u64)>, LogError> {
         if !self.data.has(self.number_bytes.max(1), source)? {
             return if self.data.bytes().is_empty() { Ok(None) } else { Err(self.cut(source)) };
@@ -57,9 +56,8 @@ impl Unsorted {
             _ => self.lengths.binary_search_by_key(&number, |(other, _)| *other),
         };
         let Ok(index) = index else {
-            let found = number.to_string();
-            let defect = Defect::new("the number of a group before a record", found.as_bytes());
-            return Err(self.malformed(defect, source));
+            let expected = "the number of a group before a record";
+            return source.bad(self.data.began(), expected, number.to_string());
         };
         self.skip(self.number_bytes as u64, source)?;
         let length = match self.lengths[index].1 {
@@ -75,11 +73,11 @@ impl Unsorted {
     }
 
     /// Takes a record of that length; returns at most its first `most` bytes, for which a window has room.
-    pub(super) fn take<R: Read + Seek>(
+    pub(super) fn take(
         &mut self,
         length: u64,
         most: usize,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
     ) -> Result<Vec<u8>, LogError> {
         let known = length.min(most as u64) as usize;
         if !self.data.has(known, source)? {
@@ -89,20 +87,16 @@ impl Unsorted {
         self.skip(length, source).map(|()| bytes)
     }
 
-    pub(super) fn skip<R: Read + Seek>(
-        &mut self,
-        count: u64,
-        source: &mut Source<R>,
-    ) -> Result<(), LogError> {
+    pub(super) fn skip(&mut self, count: u64, source: &mut Source<'_>) -> Result<(), LogError> {
         if self.data.skip(count, source)? { Ok(()) } else { Err(self.cut(source)) }
     }
 
-    fn cut<R: Read + Seek>(&self, source: &Source<R>) -> LogError {
+    fn cut(&self, source: &Source<'_>) -> LogError {
         self.malformed(Defect::new("a whole record", b"the end of the data").cut(), source)
     }
 
     /// The error of a record in the current block.
-    pub(super) fn malformed<R: Read + Seek>(&self, defect: Defect, source: &Source<R>) -> LogError {
+    pub(super) fn malformed(&self, defect: Defect, source: &Source<'_>) -> LogError {
         source.malformed(self.data.began(), defect)
     }
 }

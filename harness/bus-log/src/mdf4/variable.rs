@@ -1,11 +1,10 @@
 //! Data bytes outside of their records.
 
-use super::super::error::{Defect, LogError};
+use super::super::error::LogError;
 use super::blocks::Source;
 use super::buffered::Buffered;
 use super::chain::Chain;
 use std::collections::VecDeque;
-use std::io::{Read, Seek};
 
 /// Largest distance of a record and its data.
 pub(super) const WAITING_MAX: usize = 1_024;
@@ -36,11 +35,7 @@ impl SignalData {
         self.data.began()
     }
 
-    pub(super) fn get<R: Read + Seek>(
-        &mut self,
-        place: u64,
-        source: &mut Source<R>,
-    ) -> Result<Bytes, LogError> {
+    pub(super) fn get(&mut self, place: u64, source: &mut Source<'_>) -> Result<Bytes, LogError> {
         if let Some((last, bytes)) = &self.last
             && *last == place
         {
@@ -48,8 +43,7 @@ impl SignalData {
         }
         let Some(between) = place.checked_sub(self.at) else {
             let found = format!("{place} behind {}", self.at);
-            let defect = Defect::new("places of signal data that ascend", found.as_bytes());
-            return Err(source.malformed(self.data.began(), defect));
+            return source.bad(self.data.began(), "places of signal data that ascend", found);
         };
         let Self { data, most, .. } = self;
         let mut bytes = None;
@@ -69,8 +63,7 @@ impl SignalData {
         }
         let Some(bytes) = bytes else {
             let found = format!("their end before {place}");
-            let defect = Defect::new("signal data", found.as_bytes());
-            return Err(source.malformed(self.data.began(), defect));
+            return source.bad(self.data.began(), "signal data", found);
         };
         self.last = Some((place, bytes.clone()));
         Ok(bytes)

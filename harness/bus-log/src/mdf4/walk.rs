@@ -1,9 +1,8 @@
 //! Walks the groups and channels of a file.
 
-use super::super::error::{Defect, LogError};
+use super::super::error::LogError;
 use super::BLOCK_HEAD_BYTES;
 use super::blocks::{Block, Source};
-use std::io::{Read, Seek};
 
 /// Limits for the groups and channels of a file: one with every message of a large DBC has thousands of groups.
 const GROUPS_MAX: usize = 65_536;
@@ -12,13 +11,13 @@ const CHANNELS_MAX: usize = 262_144;
 pub(super) const DEPTH_MAX: u32 = 3;
 
 /// What takes each channel.
-type EachChannel<'e, R> = &'e mut dyn FnMut(&mut Source<R>, &Block) -> Result<(), LogError>;
+type EachChannel<'e> = &'e mut dyn FnMut(&mut Source<'_>, &Block) -> Result<(), LogError>;
 
 /// Passes on each data group from that one on, with its channel groups.
-pub(super) fn data_groups<R: Read + Seek>(
-    source: &mut Source<R>,
+pub(super) fn data_groups(
+    source: &mut Source<'_>,
     first: u64,
-    mut each: impl FnMut(&mut Source<R>, &Block, Vec<Block>) -> Result<(), LogError>,
+    mut each: impl FnMut(&mut Source<'_>, &Block, Vec<Block>) -> Result<(), LogError>,
 ) -> Result<(), LogError> {
     let (mut next, mut count) = (first, 0);
     while next != 0 {
@@ -38,8 +37,7 @@ pub(super) fn data_groups<R: Read + Seek>(
         let number_bytes = block.u8(0);
         if !matches!(number_bytes, 0 | 1 | 2 | 4 | 8) || (number_bytes == 0 && groups.len() > 1) {
             let found = format!("{number_bytes} bytes for {} groups", groups.len());
-            let defect = Defect::new("record numbers of 0, 1, 2, 4 or 8 bytes", found.as_bytes());
-            return Err(source.malformed(next, defect));
+            return source.bad(next, "record numbers of 0, 1, 2, 4 or 8 bytes", found);
         }
         each(source, &block, groups)?;
         next = block.link(0);
@@ -48,12 +46,12 @@ pub(super) fn data_groups<R: Read + Seek>(
 }
 
 /// Passes on each channel from that one on; components follow their structures.
-pub(super) fn channels<R: Read + Seek>(
-    source: &mut Source<R>,
+pub(super) fn channels(
+    source: &mut Source<'_>,
     first: u64,
     depth: u32,
     count: &mut usize,
-    each: EachChannel<'_, R>,
+    each: EachChannel<'_>,
 ) -> Result<(), LogError> {
     let mut next = first;
     while next != 0 {
@@ -72,8 +70,8 @@ pub(super) fn channels<R: Read + Seek>(
 }
 
 /// Refuses more groups or channels than `most`.
-pub(super) fn bounded<R: Read + Seek>(
-    source: &Source<R>,
+pub(super) fn bounded(
+    source: &Source<'_>,
     address: u64,
     count: usize,
     most: usize,
@@ -85,6 +83,5 @@ pub(super) fn bounded<R: Read + Seek>(
         return Ok(());
     }
     let found = format!("more than {most}");
-    Err(source
-        .malformed(address, Defect::new("a file with fewer groups or channels", found.as_bytes())))
+    source.bad(address, "a file with fewer groups or channels", found)
 }

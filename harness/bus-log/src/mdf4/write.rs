@@ -5,10 +5,9 @@ use super::super::numbers::{CHANNELS_MAX, Numbers};
 use super::super::{Kept, WriteEntries};
 use super::Kind;
 use super::head::{self, Written};
-use super::output::{Data, Output};
+use super::output::{Data, Output, Target};
 use embedded_can::Frame as _;
-use std::fmt;
-use std::io::{self, Seek, Write};
+use std::io;
 use wire::can::{CanFrame, Id};
 
 /// Records per data block: 344 KB of data frames.
@@ -21,8 +20,8 @@ const BLOCK_RECORDS: usize = 4_096;
 /// cannot express it. Frames, remote requests and error frames have separate groups, each with a buffer of 4,096
 /// records.
 #[derive(Debug)]
-pub(crate) struct Writer<W: Write + Seek> {
-    out: Output<W>,
+pub(crate) struct Writer<'w> {
+    out: Output<'w>,
     numbers: Numbers,
     /// Start, nanoseconds since 1970; `None` before the first entry.
     began: Option<i64>,
@@ -41,9 +40,9 @@ impl Group {
     }
 }
 
-impl<W: Write + Seek> Writer<W> {
+impl<'w> Writer<'w> {
     /// Reserves room for the head of the file in `out`.
-    pub(crate) fn new(out: W) -> io::Result<Self> {
+    pub(crate) fn new(out: impl Target + 'w) -> io::Result<Self> {
         let head = head::head(false, 0, Default::default());
         let out = Output::new(out, &head)?;
         let numbers = Numbers::up_to(CHANNELS_MAX);
@@ -52,7 +51,7 @@ impl<W: Write + Seek> Writer<W> {
     }
 }
 
-impl<W: Write + Seek + fmt::Debug> WriteEntries for Writer<W> {
+impl WriteEntries for Writer<'_> {
     /// Bytes of serial lines are left out, and so are the details of an error frame.
     fn write(&mut self, entry: &Entry) -> io::Result<Kept> {
         let at = entry.at.as_nanos();

@@ -201,7 +201,7 @@ impl Section {
     fn interface(&self, described: &InterfaceDescriptionBlock<'_>) -> Result<Interface, Defect> {
         let value = described.if_tsresol;
         let resolution = Resolution::of_option(value)
-            .ok_or_else(|| Defect::new("a time resolution", format!("{value:#04x}").as_bytes()))?;
+            .ok_or_else(|| Defect::new("a time resolution", format!("{value:#04x}")))?;
         // An interface without a valid Linux name is named by its number.
         let name = described.if_name().and_then(Result::ok).and_then(Channel::new);
         let number = self.interfaces.len() as u32;
@@ -229,7 +229,7 @@ impl Section {
             let bytes = Packet::from_slice(data);
             let length = || format!("{} bytes", data.len());
             Payload::Serial(bytes.ok_or_else(|| {
-                Defect::new("at most 64 bytes of a serial line together", length().as_bytes())
+                Defect::new("at most 64 bytes of a serial line together", length())
             })?)
         } else {
             return Ok(Found::PassedOver);
@@ -238,7 +238,7 @@ impl Section {
         let nanos =
             interface.resolution.nanos(units) + i128::from(interface.offset_s) * NANOS_A_SECOND;
         let at = i64::try_from(nanos)
-            .map_err(|_| Defect::new("a time before 2262", format!("{nanos} ns").as_bytes()))?;
+            .map_err(|_| Defect::new("a time before 2262", format!("{nanos} ns")))?;
         Ok(Found::Entry(Entry {
             at: Timestamp::from_nanos(at),
             channel: interface.channel,

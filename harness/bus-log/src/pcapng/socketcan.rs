@@ -44,7 +44,7 @@ pub(super) fn parse(packet: &[u8]) -> Result<Payload, Defect> {
     let [a, b, c, d, length, flags, ..] = *header;
     let id = u32::from_be_bytes([a, b, c, d]);
     let length = usize::from(length);
-    let bad = |expected| Err(Defect::new(expected, format!("{header:02x?}").as_bytes()));
+    let bad = |expected| Err(Defect::new(expected, format!("{header:02x?}")));
     let raw = id & !(EXTENDED_FLAG | REMOTE_FLAG | ERROR_FLAG);
     if id & ERROR_FLAG != 0 {
         let mut details = [0; DATA_BYTES_MAX];

@@ -9,7 +9,6 @@ use bus_log::LogError;
 use bus_log::mdf4::channels::{Form, GroupId, Kind, Value, Writer};
 use plan::observation::Observation;
 use std::collections::BTreeMap;
-use std::io::{Seek, Write};
 use wire::time::Timestamp;
 
 /// Text columns with a small set of values.
@@ -17,26 +16,26 @@ const CHOICES: [&str; 8] =
     ["activity", "health", "level", "causes", "device", "event", "unit", "verdict"];
 
 /// Writes the rows of one run, taken in order.
-pub(super) struct Groups<W: Write + Seek> {
-    writer: Writer<W>,
+pub(super) struct Groups<'w> {
+    writer: Writer<'w>,
     tables: BTreeMap<Table, GroupId>,
     observed: BTreeMap<String, (GroupId, Observed)>,
     /// By sender and index of the message.
     messages: BTreeMap<(String, usize), GroupId>,
 }
 
-impl<W: Write + Seek> Groups<W> {
-    pub(super) fn new(writer: Writer<W>) -> Self {
+impl<'w> Groups<'w> {
+    pub(super) fn new(writer: Writer<'w>) -> Self {
         let (tables, observed, messages) = Default::default();
         Self { writer, tables, observed, messages }
     }
 
-    pub(super) fn into_writer(self) -> Writer<W> {
+    pub(super) fn into_writer(self) -> Writer<'w> {
         self.writer
     }
 }
 
-impl<W: Write + Seek> RowSink for Groups<W> {
+impl RowSink for Groups<'_> {
     type Error = LogError;
 
     fn row(&mut self, _: Timestamp, table: Table, row: &Row<'_>) -> Result<(), LogError> {

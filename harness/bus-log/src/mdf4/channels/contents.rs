@@ -1,12 +1,11 @@
 //! Groups and channels of a file.
 
-use super::super::super::error::{Defect, LogError};
+use super::super::super::error::LogError;
 use super::super::blocks::{Block, Source};
 use super::super::unsorted::{Lengths, is_variable, lengths};
 use super::super::walk::{self, DEPTH_MAX};
 use super::super::{CG_REMOTE_MASTER, CN_MASTER, CN_VIRTUAL_MASTER};
 use std::collections::HashMap;
-use std::io::{Read, Seek};
 use std::sync::Arc;
 
 /// The master channel is a time.
@@ -53,10 +52,7 @@ pub struct Channel {
 }
 
 /// Reads all groups from that data group on, with their channels.
-pub(super) fn all<R: Read + Seek>(
-    source: &mut Source<R>,
-    first: u64,
-) -> Result<Vec<Group>, LogError> {
+pub(super) fn all(source: &mut Source<'_>, first: u64) -> Result<Vec<Group>, LogError> {
     let (mut all, mut channels) = (Vec::<Group>::new(), 0);
     // Groups whose times are in that one, in the order of the file.
     let mut columns: Vec<(u64, Group)> = Vec::new();
@@ -77,8 +73,8 @@ pub(super) fn all<R: Read + Seek>(
 }
 
 /// Adds channels that are stored by themselves to the groups that have their times.
-fn join<R: Read + Seek>(
-    source: &Source<R>,
+fn join(
+    source: &Source<'_>,
     all: &mut [Group],
     columns: Vec<(u64, Group)>,
 ) -> Result<(), LogError> {
@@ -92,8 +88,7 @@ fn join<R: Read + Seek>(
         let group = addresses.get(&master).and_then(|index| all.get_mut(*index));
         let Some(group) = group.filter(|group| group.records == column.records) else {
             let found = format!("{} records with the times at {master}", column.records);
-            let defect = Defect::new("a group with as many times", found.as_bytes());
-            return Err(source.malformed(address, defect));
+            return source.bad(address, "a group with as many times", found);
         };
         let parts = group.parts.len();
         group.parts.extend(column.parts);
@@ -104,8 +99,8 @@ fn join<R: Read + Seek>(
     Ok(())
 }
 
-fn group_of<R: Read + Seek>(
-    source: &mut Source<R>,
+fn group_of(
+    source: &mut Source<'_>,
     block: &Block,
     data_group: &Block,
     lengths: &Lengths,
@@ -129,10 +124,7 @@ fn group_of<R: Read + Seek>(
     Ok(Group { name, channels, records: block.u64(8), parts: vec![part] })
 }
 
-fn channel_of<R: Read + Seek>(
-    source: &mut Source<R>,
-    channel: &Block,
-) -> Result<Channel, LogError> {
+fn channel_of(source: &mut Source<'_>, channel: &Block) -> Result<Channel, LogError> {
     let is_master = matches!(channel.u8(0), CN_MASTER | CN_VIRTUAL_MASTER);
     let mut unit = source.text(channel.link(6))?;
     let conversion = channel.link(4);

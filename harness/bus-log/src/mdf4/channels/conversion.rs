@@ -1,8 +1,7 @@
 //! Converts the number in a record to the value of a channel (`CC` blocks).
 
-use super::super::super::error::{Defect, LogError};
+use super::super::super::error::LogError;
 use super::super::blocks::Source;
-use std::io::{Read, Seek};
 
 /// Most levels of nested conversions.
 const DEPTH_MAX: u32 = 4;
@@ -40,16 +39,16 @@ pub(super) enum Meaning {
 
 impl Conversion {
     /// Reads the conversion at that address; zero means none.
-    pub(super) fn read<R: Read + Seek>(
-        source: &mut Source<R>,
+    pub(super) fn read(
+        source: &mut Source<'_>,
         address: u64,
         ends: Ends,
     ) -> Result<Self, LogError> {
         Self::nested(source, address, ends, DEPTH_MAX)
     }
 
-    fn nested<R: Read + Seek>(
-        source: &mut Source<R>,
+    fn nested(
+        source: &mut Source<'_>,
         address: u64,
         ends: Ends,
         depth: u32,
@@ -64,11 +63,8 @@ impl Conversion {
         let count = usize::from(block.u16(6));
         let references = links.get(4..).unwrap_or_default();
         let kind = block.u8(0);
-        let bad = |source: &Source<R>, expected, found: &str| {
-            Err(source.malformed(address, Defect::new(expected, found.as_bytes())))
-        };
         let Some(values) = values.get(..count) else {
-            return bad(source, "as many values as a conversion says", &format!("{count}"));
+            return source.bad(address, "as many values as a conversion says", format!("{count}"));
         };
         Ok(match (kind, values) {
             (0, _) => Self::Same,
@@ -77,7 +73,7 @@ impl Conversion {
             (4 | 5, [_, _, ..]) => {
                 let pairs: Vec<_> = values.as_chunks().0.iter().map(|[x, y]| (*x, *y)).collect();
                 if !pairs.is_sorted_by(|one, other| one.0 < other.0) {
-                    return bad(source, "a table whose values ascend", "another");
+                    return source.bad(address, "a table whose values ascend", "another");
                 }
                 Self::Table { pairs, interpolates: kind == 4 }
             }
@@ -90,7 +86,11 @@ impl Conversion {
                     _ => values.as_chunks().0.to_vec(),
                 };
                 if references.len() < ranges.len() {
-                    return bad(source, "a text for each value", &format!("{}", references.len()));
+                    return source.bad(
+                        address,
+                        "a text for each value",
+                        format!("{}", references.len()),
+                    );
                 }
                 let mut texts = Vec::new();
                 for ([low, high], reference) in ranges.iter().zip(references) {
@@ -103,7 +103,7 @@ impl Conversion {
             (kind, values) => {
                 let found = format!("kind {kind} with {} values", values.len());
                 let expected = "a linear or rational conversion, or a table";
-                return bad(source, expected, &found);
+                return source.bad(address, expected, &found);
             }
         })
     }
@@ -143,8 +143,8 @@ impl Conversion {
 }
 
 impl Meaning {
-    fn read<R: Read + Seek>(
-        source: &mut Source<R>,
+    fn read(
+        source: &mut Source<'_>,
         address: u64,
         ends: Ends,
         depth: u32,
@@ -156,8 +156,7 @@ impl Meaning {
             return source.text(address).map(Self::Text);
         }
         let Some(depth) = depth.checked_sub(1) else {
-            let defect = Defect::new("conversions that lead to an end", b"more of them");
-            return Err(source.malformed(address, defect));
+            return source.bad(address, "conversions that lead to an end", b"more of them");
         };
         Conversion::nested(source, address, ends, depth).map(Self::Number)
     }

@@ -1,19 +1,19 @@
 //! Reads a file of measured channels.
 
 use super::super::super::Format;
-use super::super::super::error::{Defect, LogError};
-use super::super::blocks::Source;
+use super::super::super::error::LogError;
+use super::super::blocks::{Input, Source};
 use super::super::opening::{Opened, open};
 use super::contents::{self, Group};
 use super::records::{PARTS_MAX, Records};
 use super::values::{Cell, Values};
-use std::io::{Read, Seek, SeekFrom};
+use std::io::SeekFrom;
 use std::path::Path;
 
 /// A file with measured channels. Only the descriptions of its groups and channels are in memory.
 #[derive(Debug)]
-pub struct Reader<R: Read + Seek> {
-    source: Source<R>,
+pub struct Reader<'s> {
+    source: Source<'s>,
     groups: Vec<Group>,
     is_unfinished: bool,
 }
@@ -33,12 +33,12 @@ pub struct Found {
     pub ended: Option<LogError>,
 }
 
-impl<R: Read + Seek> Reader<R> {
+impl<'s> Reader<'s> {
     /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
     /// When it is not such a file, or when the descriptions of its groups are damaged.
-    pub fn new(path: &Path, mut input: R) -> Result<Self, LogError> {
+    pub fn new(path: &Path, mut input: impl Input + 's) -> Result<Self, LogError> {
         if input.seek(SeekFrom::End(0)).is_ok_and(|length| length == 0) {
             return Err(LogError::Empty { path: path.to_owned(), format: Format::Mdf4 });
         }
@@ -91,8 +91,7 @@ impl<R: Read + Seek> Reader<R> {
         let address = parts.first().map_or(0, |part| part.address);
         if parts.len() > PARTS_MAX {
             let found = parts.len().to_string();
-            let defect = Defect::new("at most 1024 columns at once", found.as_bytes());
-            return Err(source.malformed(address, defect).into());
+            return Ok(source.bad(address, "at most 1024 columns at once", found)?);
         }
         let records = parts.into_iter().map(|part| Records::of(part, source, *is_unfinished));
         let mut records: Vec<Records> = records.collect::<Result<_, _>>()?;
@@ -122,8 +121,7 @@ impl<R: Read + Seek> Reader<R> {
         }
         if !*is_unfinished && count != group.records {
             let found = format!("{count} of {}", group.records);
-            let defect = Defect::new("as many records as the group says", found.as_bytes());
-            return Err(source.malformed(address, defect).into());
+            source.bad(address, "as many records as the group says", found)?;
         }
         Ok(Found { records: count, ended: None })
     }

@@ -1,13 +1,12 @@
 //! The records of a group, or of some of its channels, in order.
 
 use super::super::super::BUFFER_BYTES;
-use super::super::super::error::{Defect, LogError};
+use super::super::super::error::LogError;
 use super::super::blocks::Source;
 use super::super::buffered::Buffered;
 use super::super::chain::{Chain, Content};
 use super::super::unsorted::Unsorted;
 use super::contents::Part;
-use std::io::{Read, Seek};
 use std::sync::Arc;
 
 /// Most parts of a group that are read at once: each has its own buffer.
@@ -24,9 +23,9 @@ pub(super) struct Records {
 }
 
 impl Records {
-    pub(super) fn of<R: Read + Seek>(
+    pub(super) fn of(
         part: &Part,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
         unfinished: bool,
     ) -> Result<Self, LogError> {
         let bytes = |bytes| usize::try_from(bytes).unwrap_or(usize::MAX);
@@ -38,8 +37,7 @@ impl Records {
         // Records without bytes would never end.
         if length.max(bits) > BUFFER_BYTES || length + part.number_bytes == 0 {
             let found = format!("{length} bytes");
-            let defect = Defect::new("records of 1 to 65536 bytes", found.as_bytes());
-            return Err(source.malformed(part.address, defect));
+            return source.bad(part.address, "records of 1 to 65536 bytes", found);
         }
         let of = |content| Chain::of(content, part.data, unfinished);
         let invalid = (apart && bits > 0).then(|| (Buffered::new(of(Content::Invalidation)), bits));
@@ -50,10 +48,7 @@ impl Records {
     }
 
     /// Returns the next record of the group; `None` at the end.
-    pub(super) fn next<R: Read + Seek>(
-        &mut self,
-        source: &mut Source<R>,
-    ) -> Result<Option<Vec<u8>>, LogError> {
+    pub(super) fn next(&mut self, source: &mut Source<'_>) -> Result<Option<Vec<u8>>, LogError> {
         while let Some((index, length)) = self.data.next(source)? {
             if index == self.own {
                 let mut record = self.data.take(self.length as u64, self.length, source)?;
@@ -66,9 +61,9 @@ impl Records {
     }
 
     /// Appends the invalidation bits that are stored by themselves; without any, all values are valid.
-    fn invalidation<R: Read + Seek>(
+    fn invalidation(
         &mut self,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
         record: &mut Vec<u8>,
     ) -> Result<(), LogError> {
         let Some((bits, length)) = &mut self.invalid else { return Ok(()) };

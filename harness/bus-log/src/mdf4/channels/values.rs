@@ -1,6 +1,6 @@
 //! A channel's value in a record.
 
-use super::super::super::error::{Defect, LogError};
+use super::super::super::error::LogError;
 use super::super::blocks::{Block, Source};
 use super::super::field::Field;
 use super::super::variable::SignalData;
@@ -8,7 +8,6 @@ use super::super::{
     CN_FIXED, CN_MASTER, CN_MOST, CN_SYNC, CN_VARIABLE, CN_VIRTUAL, CN_VIRTUAL_MASTER,
 };
 use super::conversion::{Conversion, Ends};
-use std::io::{Read, Seek};
 
 /// Channel flags: all values are missing; values with their bit set are missing.
 const CN_ALL_INVALID: u32 = 1;
@@ -62,19 +61,16 @@ enum Invalid {
 
 impl Values {
     /// For the channel at that address, in records with these bytes of values and of invalidation bits.
-    pub(super) fn of<R: Read + Seek>(
-        source: &mut Source<R>,
+    pub(super) fn of(
+        source: &mut Source<'_>,
         address: u64,
         (value_bytes, invalid_bytes): (u64, u64),
         as_text: bool,
         unfinished: bool,
     ) -> Result<Self, LogError> {
         let channel = source.block(address, "##CN")?;
-        let bad = |source: &Source<R>, expected, found: &str| {
-            Err(source.malformed(address, Defect::new(expected, found.as_bytes())))
-        };
         if channel.link(1) != 0 && source.any_block(channel.link(1))?.mark() == b"##CA" {
-            return bad(source, "a channel of one value a record", "an array");
+            return source.bad(address, "a channel of one value a record", "an array");
         }
         let coding = coding(&channel);
         let place = match (channel.u8(0), coding) {
@@ -82,7 +78,7 @@ impl Values {
             (CN_VARIABLE, Some(coding)) => {
                 let at = channel.link(5);
                 if at != 0 && source.any_block(at)?.mark() == b"##CG" {
-                    return bad(source, "texts in signal data", "texts among records");
+                    return source.bad(address, "texts in signal data", "texts among records");
                 }
                 let data = SignalData::new(at, unfinished, TEXT_BYTES_MAX);
                 Place::Elsewhere(Field::place_of(&channel), Box::new(data), coding)
@@ -95,11 +91,15 @@ impl Values {
                 match coding {
                     Some(coding) => Place::Text(field, coding),
                     None if channel.u8(2) <= 5 => Place::Field(field),
-                    None => return bad(source, "a number or a text", "other bytes"),
+                    None => return source.bad(address, "a number or a text", "other bytes"),
                 }
             }
             (kind, _) => {
-                return bad(source, "a number or a text", &format!("a channel of type {kind}"));
+                return source.bad(
+                    address,
+                    "a number or a text",
+                    format!("a channel of type {kind}"),
+                );
             }
         };
         let end = match &place {
@@ -110,11 +110,11 @@ impl Values {
         };
         if end > value_bytes {
             let found = format!("{end} bytes of {value_bytes}");
-            return bad(source, "a value within its record", &found);
+            return source.bad(address, "a value within its record", &found);
         }
         let is_text = !matches!(place, Place::Field(_) | Place::Count);
         if is_text && !as_text {
-            return bad(source, "a channel of numbers", "texts");
+            return source.bad(address, "a channel of numbers", "texts");
         }
         let flags = channel.u32(12);
         let bit = u64::from(channel.u32(16));
@@ -123,7 +123,7 @@ impl Values {
             flags if flags & CN_HAS_INVALID == 0 => Invalid::Never,
             _ if bit / 8 >= invalid_bytes => {
                 let found = format!("bit {bit} of {invalid_bytes} bytes");
-                return bad(source, "an invalidation bit within its record", &found);
+                return source.bad(address, "an invalidation bit within its record", &found);
             }
             // A record is no longer than a buffer.
             _ => Invalid::At((value_bytes + bit / 8) as usize, 1 << (bit % 8)),
@@ -140,11 +140,11 @@ impl Values {
     }
 
     /// The value in a record; `number` counts records from 0.
-    pub(super) fn cell<R: Read + Seek>(
+    pub(super) fn cell(
         &mut self,
         record: &[u8],
         number: u64,
-        source: &mut Source<R>,
+        source: &mut Source<'_>,
     ) -> Result<Cell, LogError> {
         let is_missing = match self.invalid {
             Invalid::Never => false,
@@ -166,8 +166,7 @@ impl Values {
                 let bytes = data.get(place, source)?;
                 if bytes.len() == TEXT_BYTES_MAX {
                     let found = format!("a longer one at {place}");
-                    let defect = Defect::new("texts of less than 16384 bytes", found.as_bytes());
-                    return Err(source.malformed(data.began(), defect));
+                    return source.bad(data.began(), "texts of less than 16384 bytes", found);
                 }
                 return Ok(coding.cell(&bytes));
             }

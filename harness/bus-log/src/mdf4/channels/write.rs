@@ -4,11 +4,11 @@ mod describe;
 
 use super::super::super::error::LogError;
 use super::super::laid;
-use super::super::output::{Data, Output};
+use super::super::output::{Data, Output, Target};
 use super::{Form, Kind, Value};
 use describe::describe;
 use std::collections::BTreeMap;
-use std::io::{self, Seek, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Approximate bytes of records, or of texts, in a block. Each group and each text channel has a buffer of that size,
@@ -22,9 +22,9 @@ const CHOICES_MAX: usize = 4_096;
 ///
 /// Groups may be added at any time. Memory use is a buffer per group and per text channel, and the texts of choices.
 #[derive(Debug)]
-pub struct Writer<W: Write + Seek> {
+pub struct Writer<'w> {
     path: PathBuf,
-    out: Output<W>,
+    out: Output<'w>,
     groups: Vec<Group>,
 }
 
@@ -54,12 +54,12 @@ struct Channel {
     texts_at: u64,
 }
 
-impl<W: Write + Seek> Writer<W> {
+impl<'w> Writer<'w> {
     /// Reserves room for the head of the file in `out`; errors name `path`.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
+    pub fn new(path: &Path, out: impl Target + 'w) -> Result<Self, LogError> {
         let out = Output::new(out, &laid::begin(false, 0, 0, 0, 0));
         let out = out.map_err(|source| LogError::unwritable(path, source))?;
         Ok(Self { path: path.to_owned(), out, groups: Vec::new() })
@@ -151,11 +151,11 @@ fn misused(expected: &str) -> io::Error {
 
 impl Channel {
     /// Appends the value to a record; `false` if it is missing.
-    fn push<W: Write + Seek>(
+    fn push(
         &mut self,
         value: Value<'_>,
         record: &mut Vec<u8>,
-        out: &mut Output<W>,
+        out: &mut Output<'_>,
     ) -> io::Result<bool> {
         match (self.form.kind, value) {
             (Kind::Float, Value::Float(number)) => {
@@ -190,11 +190,11 @@ impl Channel {
         Ok(true)
     }
 
-    fn push_text<W: Write + Seek>(
+    fn push_text(
         &mut self,
         text: &str,
         record: &mut Vec<u8>,
-        out: &mut Output<W>,
+        out: &mut Output<'_>,
     ) -> io::Result<()> {
         record.extend(self.texts.length().to_le_bytes());
         let length = u32::try_from(text.len()).map_err(|_| misused("a text of less than 4 GB"))?;
