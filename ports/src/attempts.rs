@@ -19,8 +19,28 @@ pub(super) struct Attempts {
 }
 
 impl Attempts {
+    /// Opens a port anew, as often as it takes, or until it is time to give up: then returns the last error. The next
+    /// call waits as long again. May be cancelled.
+    pub(super) async fn reopen<T, E>(
+        &mut self,
+        open: impl Fn() -> Result<T, E>,
+    ) -> Result<T, Option<E>> {
+        let mut last = None;
+        while self.pause().await {
+            match open() {
+                Ok(opened) => {
+                    *self = Self::default();
+                    return Ok(opened);
+                }
+                Err(error) => last = Some(error),
+            }
+        }
+        *self = Self::default();
+        Err(last)
+    }
+
     /// Waits for the next attempt; `false` when it is time to give up. May be cancelled.
-    pub(super) async fn pause(&mut self) -> bool {
+    async fn pause(&mut self) -> bool {
         if self.waited >= TOTAL_MAX {
             return false;
         }

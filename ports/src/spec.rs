@@ -109,26 +109,30 @@ pub struct SerialOptions {
     pub sharing: Option<Sharing>,
 }
 
-/// Flow control of a serial port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Flow {
-    /// None.
-    #[default]
-    None,
-    /// XON and XOFF: these two bytes cannot be data.
-    Software,
-    /// RTS and CTS.
-    Hardware,
+wire::words! {
+    /// Flow control of a serial port.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Flow {
+        /// None.
+        #[default]
+        None = "none",
+        /// XON and XOFF: these two bytes cannot be data.
+        Software = "software",
+        /// RTS and CTS.
+        Hardware = "hardware",
+    }
 }
 
-/// Sharing of a serial port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Sharing {
-    /// No other program may open it.
-    #[default]
-    Exclusive,
-    /// Other programs may open it too, such as a listener. They can change the settings.
-    Shared,
+wire::words! {
+    /// Sharing of a serial port, as the answer to whether it is exclusive.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Sharing {
+        /// No other program may open it.
+        #[default]
+        Exclusive = "yes",
+        /// Other programs may open it too, such as a listener. They can change the settings.
+        Shared = "no",
+    }
 }
 
 impl SerialOptions {
@@ -144,34 +148,17 @@ impl SerialOptions {
 
     /// The form `?key=value&...`, with `bitrate` at the end; empty without options.
     fn written(&self, bitrate: Option<BitRate>) -> String {
-        let flow = |flow| match flow {
-            Flow::None => "none",
-            Flow::Software => "software",
-            Flow::Hardware => "hardware",
-        };
-        let sharing = |sharing| match sharing {
-            Sharing::Exclusive => "yes",
-            Sharing::Shared => "no",
-        };
         let said = [
             self.baud.map(|baud| format!("baud={baud}")),
             self.data_bits.map(|bits| format!("data={bits}")),
-            self.parity.map(|parity| format!("parity={}", parity_name(parity))),
+            self.parity.map(|parity| format!("parity={}", parity.name())),
             self.stop_bits.map(|bits| format!("stop={bits}")),
-            self.flow.map(|it| format!("flow={}", flow(it))),
-            self.sharing.map(|it| format!("exclusive={}", sharing(it))),
+            self.flow.map(|it| format!("flow={}", it.name())),
+            self.sharing.map(|it| format!("exclusive={}", it.name())),
             bitrate.map(|bitrate| format!("bitrate={}", bitrate.bits_per_second())),
         ];
         let said: Vec<String> = said.into_iter().flatten().collect();
         if said.is_empty() { String::new() } else { format!("?{}", said.join("&")) }
-    }
-}
-
-const fn parity_name(parity: Parity) -> &'static str {
-    match parity {
-        Parity::None => "none",
-        Parity::Even => "even",
-        Parity::Odd => "odd",
     }
 }
 

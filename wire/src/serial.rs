@@ -3,17 +3,19 @@
 use crate::time::Span;
 use serde::{Deserialize, Serialize};
 
-/// Parity of a serial port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Parity {
-    /// No parity bit.
-    #[default]
-    None,
-    /// An even number of ones.
-    Even,
-    /// An odd number of ones.
-    Odd,
+crate::words! {
+    /// Parity of a serial port.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Parity {
+        /// No parity bit.
+        #[default]
+        None = "none",
+        /// An even number of ones.
+        Even = "even",
+        /// An odd number of ones.
+        Odd = "odd",
+    }
 }
 
 /// Settings of a serial port.

@@ -41,7 +41,7 @@ const MEMINFO_VARS: usize = 9;
 #[derive(Debug)]
 pub struct CanSocketPort {
     interface: Interface,
-    link: Link,
+    link: Result<AsyncFd<CanFdSocket>, PortLost>,
     /// While the interface is down: the timer of the checks.
     look: Option<Interval>,
     /// An event that must follow the one just returned.
@@ -52,12 +52,6 @@ pub struct CanSocketPort {
     dropped_before: u64,
 }
 
-#[derive(Debug)]
-enum Link {
-    Open(AsyncFd<CanFdSocket>),
-    Lost(PortLost),
-}
-
 impl CanSocketPort {
     /// Opens the interface of this name. Must be called within a tokio runtime with IO and time enabled.
     ///
@@ -66,7 +60,7 @@ impl CanSocketPort {
     pub fn open(interface: &str) -> Result<Self, PortError> {
         let interface = Interface::new(interface);
         let dropped_before = interface.dropped();
-        let link = Link::Open(open(&interface)?);
+        let link = Ok(open(&interface)?);
         let (attempts, counters) = (Attempts::default(), Counters::default());
         Ok(Self { interface, link, look: None, next: None, attempts, counters, dropped_before })
     }
@@ -85,10 +79,7 @@ impl CanSocketPort {
             if let Some(event) = self.next.take() {
                 return Ok(event);
             }
-            let socket = match &self.link {
-                Link::Open(socket) => socket,
-                Link::Lost(lost) => return Err(*lost),
-            };
+            let socket = self.link.as_ref().map_err(|lost| *lost)?;
             let heard = tokio::select! {
                 biased;
                 heard = read(socket) => heard,
@@ -160,7 +151,7 @@ impl CanSocketPort {
     fn lose(&mut self, lost: PortLost) -> PortLost {
         // The count disappears with the socket.
         self.counters = self.counters();
-        self.link = Link::Lost(lost);
+        self.link = Err(lost);
         self.look = None;
         lost
     }
@@ -168,7 +159,7 @@ impl CanSocketPort {
     /// Sends a frame to the interface at once. Frames without room are lost and counted.
     pub fn send(&mut self, frame: &CanFrame) {
         let sent = match (&self.link, to_socket(frame)) {
-            (Link::Open(socket), Some(frame)) => socket.get_ref().write_frame(&frame).is_ok(),
+            (Ok(socket), Some(frame)) => socket.get_ref().write_frame(&frame).is_ok(),
             _ => false,
         };
         if sent {
@@ -184,35 +175,25 @@ impl CanSocketPort {
     /// # Errors
     /// If the interface stayed away for too long; the next call waits as long again.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
-        if let Link::Open(_) = self.link {
+        if self.link.is_ok() {
             self.lose(PortLost::Deleted);
         }
-        let mut last = None;
-        while self.attempts.pause().await {
-            let dropped_before = self.interface.dropped();
-            match open(&self.interface) {
-                Ok(socket) => {
-                    self.dropped_before = dropped_before;
-                    self.link = Link::Open(socket);
-                    self.attempts = Attempts::default();
-                    self.counters.returns += 1;
-                    return Ok(());
-                }
-                Err(error) => last = Some(error),
-            }
-        }
-        self.attempts = Attempts::default();
-        Err(PortError::given_up(self.interface.name(), last))
+        let open = || Ok((self.interface.dropped(), open(&self.interface)?));
+        let given_up = |last| PortError::given_up(self.interface.name(), last);
+        let (dropped, socket) = self.attempts.reopen(open).await.map_err(given_up)?;
+        (self.dropped_before, self.link) = (dropped, Ok(socket));
+        self.counters.returns += 1;
+        Ok(())
     }
 
     /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         let dropped = match &self.link {
-            Link::Open(socket) => {
+            Ok(socket) => {
                 let by_interface = self.interface.dropped().saturating_sub(self.dropped_before);
                 dropped(socket.get_ref()).saturating_add(by_interface)
             }
-            Link::Lost(_) => 0,
+            Err(_) => 0,
         };
         let before = self.counters.receive_dropped_frames;
         Counters { receive_dropped_frames: before.saturating_add(dropped), ..self.counters }

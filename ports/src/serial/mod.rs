@@ -38,7 +38,7 @@ pub enum SerialEvent {
 pub struct SerialPort {
     spec: SerialSpec,
     settings: SerialSettings,
-    line: Line,
+    line: Result<SerialStream, PortLost>,
     marks: Marks,
     /// Bytes read but not passed on yet: `buffer[next..end]`.
     buffer: Box<[u8; READ_BYTES]>,
@@ -46,12 +46,6 @@ pub struct SerialPort {
     end: usize,
     attempts: Attempts,
     counters: Counters,
-}
-
-#[derive(Debug)]
-enum Line {
-    Open(SerialStream),
-    Lost(PortLost),
 }
 
 impl SerialPort {
@@ -66,7 +60,7 @@ impl SerialPort {
         Ok(Self {
             spec: spec.clone(),
             settings,
-            line: Line::Open(stream),
+            line: Ok(stream),
             marks,
             buffer: Box::new([0; READ_BYTES]),
             next: 0,
@@ -97,10 +91,7 @@ impl SerialPort {
                     Heard::LineError => self.counters.line_errors += 1,
                 }
             }
-            let stream = match &mut self.line {
-                Line::Open(stream) => stream,
-                Line::Lost(lost) => return Err(*lost),
-            };
+            let stream = self.line.as_mut().map_err(|lost| *lost)?;
             let lost = match stream.read(&mut self.buffer[..]).await {
                 // The result of reading a tty whose device is gone.
                 Ok(0) => PortLost::HungUp,
@@ -112,7 +103,7 @@ impl SerialPort {
                 Err(cause) => PortLost::from_tty(&cause),
             };
             // Closed, so that the device can get its name again when it returns.
-            self.line = Line::Lost(lost);
+            self.line = Err(lost);
         }
     }
 
@@ -127,7 +118,7 @@ impl SerialPort {
     /// Sends bytes at once, and returns how many found room. The others are lost and counted.
     pub fn send(&mut self, bytes: &[u8]) -> usize {
         let mut rest = bytes;
-        if let Line::Open(stream) = &mut self.line {
+        if let Ok(stream) = &mut self.line {
             while !rest.is_empty() {
                 match stream.try_write(rest) {
                     Ok(count @ 1..) => rest = rest.get(count..).unwrap_or_default(),
@@ -148,24 +139,16 @@ impl SerialPort {
     /// # Errors
     /// If the port stayed away for too long; the next call waits as long again.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
-        if let Line::Open(_) = self.line {
-            self.line = Line::Lost(PortLost::HungUp);
+        if self.line.is_ok() {
+            self.line = Err(PortLost::HungUp);
         }
-        let mut last = None;
-        while self.attempts.pause().await {
-            match open::open(&self.spec, self.settings) {
-                Ok((stream, marks)) => {
-                    (self.line, self.marks) = (Line::Open(stream), marks);
-                    (self.next, self.end) = (0, 0);
-                    self.attempts = Attempts::default();
-                    self.counters.returns += 1;
-                    return Ok(());
-                }
-                Err(error) => last = Some(error),
-            }
-        }
-        self.attempts = Attempts::default();
-        Err(PortError::given_up(&self.spec.device.to_string(), last))
+        let open = || open::open(&self.spec, self.settings);
+        let given_up = |last| PortError::given_up(&self.spec.device.to_string(), last);
+        let (stream, marks) = self.attempts.reopen(open).await.map_err(given_up)?;
+        (self.line, self.marks) = (Ok(stream), marks);
+        (self.next, self.end) = (0, 0);
+        self.counters.returns += 1;
+        Ok(())
     }
 
     /// Traffic and losses of the port.

@@ -220,22 +220,18 @@ fn serial_options(
                 .replace(value.number("number of data bits", &DATA_BITS)?)
                 .is_some(),
             "parity" => {
-                let words = [("none", Parity::None), ("odd", Parity::Odd), ("even", Parity::Even)];
+                let words = [Parity::None, Parity::Odd, Parity::Even].map(|one| (one.name(), one));
                 options.parity.replace(value.word("parity", &words)?).is_some()
             }
             "stop" => {
                 options.stop_bits.replace(value.number("number of stop bits", &(1..=2))?).is_some()
             }
             "flow" => {
-                let words = [
-                    ("none", Flow::None),
-                    ("software", Flow::Software),
-                    ("hardware", Flow::Hardware),
-                ];
+                let words = Flow::ALL.map(|flow| (flow.name(), flow));
                 options.flow.replace(value.word("flow control", &words)?).is_some()
             }
             "exclusive" => {
-                let words = [("yes", Sharing::Exclusive), ("no", Sharing::Shared)];
+                let words = Sharing::ALL.map(|sharing| (sharing.name(), sharing));
                 options.sharing.replace(value.word("answer", &words)?).is_some()
             }
             // The last of the known options.
