@@ -6,6 +6,7 @@
 
 use super::{BitRates, CanFrame, Id, Kind};
 use crate::time::Span;
+use crc::{CRC_15_CAN, Crc, Table};
 
 /// Delimiter of the checksum, acknowledgement and its delimiter, end of frame, intermission.
 const CLASSIC_END: u32 = 1 + 2 + 7 + 3;
@@ -42,7 +43,8 @@ impl CanFrame {
     fn parts(&self) -> [u32; 3] {
         let Kind::Fd(flags) = self.kind else {
             let (checked, length) = self.checked();
-            let checked = checked << CHECKSUM_BITS | u128::from(checksum(checked));
+            let checked =
+                checked << CHECKSUM_BITS | u128::from(CHECKSUM.checksum(&checked.to_be_bytes()));
             let length = length + CHECKSUM_BITS;
             return [0, 0, length + stuff_bits(checked, length) + CLASSIC_END];
         };
@@ -87,41 +89,8 @@ fn extended(id: u32) -> u64 {
     first << 20 | 0b11 << 18 | rest
 }
 
-/// Polynomial of the classic frame's checksum, CRC-15/CAN.
-const POLYNOMIAL: u16 = 0x4599;
-/// Maximum number of bytes covered by the checksum: 103 bits.
-const CHECKED_BYTES: usize = 13;
-
-/// Checksum of each byte at each place, the last place first. The checksum starts at zero, so that of a frame is the
-/// XOR of those of its bytes.
-static CHECKSUMS: [[u16; 256]; CHECKED_BYTES] = checksums();
-
-const fn checksums() -> [[u16; 256]; CHECKED_BYTES] {
-    let mut table = [[0; 256]; CHECKED_BYTES];
-    let mut place = 0;
-    while place < CHECKED_BYTES {
-        let mut byte = 0;
-        while byte < 256 {
-            let mut sum = if place == 0 { (byte as u16) << 7 } else { table[place - 1][byte] };
-            let mut bit = 0;
-            while bit < 8 {
-                let carried = sum & 1 << 14 != 0;
-                sum = (sum << 1 & 0x7fff) ^ if carried { POLYNOMIAL } else { 0 };
-                bit += 1;
-            }
-            table[place][byte] = sum;
-            byte += 1;
-        }
-        place += 1;
-    }
-    table
-}
-
-fn checksum(checked: u128) -> u16 {
-    let bytes = checked.to_le_bytes();
-    let of = |(table, byte): (&[u16; 256], u8)| table[usize::from(byte)];
-    CHECKSUMS.iter().zip(bytes).map(of).fold(0, |sum, one| sum ^ one)
-}
+/// Checksum of the classic frame. It starts at zero, so that zeros before the frame leave it as it is.
+static CHECKSUM: Crc<u16, Table<16>> = Crc::<u16, Table<16>>::new(&CRC_15_CAN);
 
 /// Number of stuff bits in the lowest `length` of `bits`, including one after the last.
 fn stuff_bits(bits: u128, length: u32) -> u32 {
@@ -202,7 +171,7 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::super::{FdFlags, StandardId, tests::any_frame};
-    use super::{BitRates, CHECKSUM_BITS, CanFrame, Line, POLYNOMIAL, Span, checksum};
+    use super::{BitRates, CHECKSUM, CHECKSUM_BITS, CanFrame, Line, Span};
     use proptest::prelude::*;
 
     /// Computes the checksum bit by bit, as the standard describes it.
@@ -210,14 +179,17 @@ mod tests {
         (0..length).rev().fold(0, |sum, place| {
             let next = bits >> place & 1 != 0;
             let differs = next != (sum & 1 << 14 != 0);
-            (sum << 1 & 0x7fff) ^ if differs { POLYNOMIAL } else { 0 }
+            (sum << 1 & 0x7fff) ^ if differs { 0x4599 } else { 0 }
         })
     }
 
     #[test]
     fn the_checksum_is_that_of_the_catalogue() {
         let digits = b"123456789".iter().fold(0, |bits, byte| bits << 8 | u128::from(*byte));
-        assert_eq!((checksum(digits), checksum_of(digits, 72)), (0x059e, 0x059e));
+        assert_eq!(
+            (CHECKSUM.checksum(&digits.to_be_bytes()), checksum_of(digits, 72)),
+            (0x059e, 0x059e)
+        );
     }
 
     proptest! {
@@ -228,7 +200,7 @@ mod tests {
             if frame.fd_flags().is_none() {
                 let (checked, length) = frame.checked();
                 let sum = checksum_of(checked, length);
-                prop_assert_eq!(sum, checksum(checked));
+                prop_assert_eq!(sum, CHECKSUM.checksum(&checked.to_be_bytes()));
                 let mut line = Line::default();
                 for place in (0..length).rev() {
                     line.send((checked >> place) as u64, 1);

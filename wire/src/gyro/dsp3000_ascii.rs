@@ -322,12 +322,8 @@ fn read_number(number: &[u8]) -> Option<i32> {
     }
     let mut steps = 0;
     for &byte in integer.iter().chain(fraction) {
-        let digit = byte.wrapping_sub(b'0');
-        if digit > 9 {
-            return None;
-        }
         // At most nine digits: no overflow.
-        steps = steps * 10 + i32::from(digit);
+        steps = steps * 10 + char::from(byte).to_digit(10)? as i32;
     }
     Some(if digits.len() < number.len() { -steps } else { steps })
 }
