@@ -27,22 +27,13 @@ pub(super) struct State {
     pub(super) reckoned: Track,
 }
 
-/// How rates follow commands, and the true steering follows its encoder; SI units.
+/// How rates follow commands, and the true steering follows its encoder; SI units. Exactly by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Following {
     pub(super) drive: Servo,
     pub(super) steer: Servo,
     /// Play of the steering.
     pub(super) play: f64,
-}
-
-impl Following {
-    /// Follows exactly.
-    const EXACT: Self = Self {
-        drive: Servo { slowest: 0.0, faster: 0.0 },
-        steer: Servo { slowest: 0.0, faster: 0.0 },
-        play: 0.0,
-    };
 }
 
 /// Play below this counts as taken up (rad): less than a nanosecond's turn.
@@ -68,7 +59,7 @@ pub(super) struct Kinematics {
 impl Kinematics {
     pub(super) fn new(model: TrackModel) -> Self {
         Self {
-            following: Following::EXACT,
+            following: Following::default(),
             model,
             phase_model: model,
             phase_start: Timestamp::ZERO,
@@ -246,7 +237,7 @@ impl Kinematics {
         self.phase_end = drive.settles_at(now).min(steer.settles_at(now));
         self.phase_model = self.model.in_phase(drive, steer);
         (self.drive, self.steer) = (*drive, *steer);
-        if self.following == Following::EXACT {
+        if self.following == Following::default() {
             return;
         }
         let Following { drive: drive_servo, steer: steer_servo, play } = self.following;

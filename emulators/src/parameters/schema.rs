@@ -5,22 +5,15 @@ use schemars::{Schema, json_schema};
 
 /// A table of these parameters, with the values of an ideal device as defaults and no other keys.
 pub(crate) fn table(known: &[ParameterInfo]) -> Schema {
-    let mut schema = changes(known);
-    // By name: a JSON map has its own order of keys.
-    let properties = schema.get_mut("properties").and_then(|it| it.as_object_mut());
-    if let Some(properties) = properties {
-        for info in known.iter().filter(|info| info.ideal.is_finite()) {
-            if let Some(property) = properties.get_mut(info.name).and_then(|it| it.as_object_mut())
-            {
-                property.insert("default".to_owned(), info.ideal.into());
-            }
-        }
-    }
-    schema
+    numbers(known, true)
 }
 
 /// The schema for a file that changes single parameters: the others keep their values.
 pub(crate) fn changes(known: &[ParameterInfo]) -> Schema {
+    numbers(known, false)
+}
+
+fn numbers(known: &[ParameterInfo], with_defaults: bool) -> Schema {
     let mut schema = json_schema!({
         "type": "object", "properties": {}, "additionalProperties": false
     });
@@ -28,6 +21,9 @@ pub(crate) fn changes(known: &[ParameterInfo]) -> Schema {
         for info in known {
             let mut number = number(info.domain);
             number.insert("description".to_owned(), info.doc.trim().into());
+            if with_defaults && info.ideal.is_finite() {
+                number.insert("default".to_owned(), info.ideal.into());
+            }
             properties.insert(info.name.to_owned(), number.into());
         }
     }
