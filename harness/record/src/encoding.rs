@@ -4,7 +4,6 @@
 //! part of a full record, are encoded from a slice into the same bytes as from a [`RecordKind`].
 
 use super::{Device, Record, RecordKind};
-use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize, Serializer};
 use wire::time::Timestamp;
 
@@ -17,18 +16,11 @@ pub(super) const PREFIX_BYTES_MAX: usize = 3;
 /// Takes the place of a record's length: ends a block, or in format 2 the file.
 pub(super) const MARK: u8 = 0;
 
-/// Anything that can be recorded: a kind, or a borrowed slice in its place.
-pub(super) trait Recordable: Serialize {}
-
-impl Recordable for RecordKind {}
-
 /// [`RecordKind::Bytes`] without the vector; the variant index must be that of the original.
 #[derive(Serialize)]
 pub(super) enum BorrowedKind<'a> {
     Bytes(#[serde(serialize_with = "as_bytes")] &'a [u8]),
 }
-
-impl Recordable for BorrowedKind<'_> {}
 
 fn as_bytes<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_bytes(bytes)
@@ -41,42 +33,20 @@ struct Encoded<K> {
     kind: K,
 }
 
-/// Appends to a reused vector.
-struct Appending<'a>(&'a mut Vec<u8>);
-
-impl Flavor for Appending<'_> {
-    type Output = ();
-
-    #[inline]
-    fn try_extend(&mut self, data: &[u8]) -> postcard::Result<()> {
-        self.0.extend_from_slice(data);
-        Ok(())
-    }
-
-    #[inline]
-    fn try_push(&mut self, data: u8) -> postcard::Result<()> {
-        self.0.push(data);
-        Ok(())
-    }
-
-    fn finalize(self) -> postcard::Result<()> {
-        Ok(())
-    }
-}
-
-/// Replaces the content of `buffer` with the payload of a record. The time difference wraps, so any instant can be
+/// Replaces the content of `buffer` with the payload of a record, whose kind may be borrowed. The time difference wraps, so any instant can be
 /// encoded.
-pub(super) fn encode<K: Recordable>(
+pub(super) fn encode(
     buffer: &mut Vec<u8>,
     last: Timestamp,
     at: Timestamp,
     device: Device,
-    kind: &K,
+    kind: &impl Serialize,
 ) -> postcard::Result<()> {
     buffer.clear();
     let since_last_ns = at.as_nanos().wrapping_sub(last.as_nanos());
     let encoded = Encoded { since_last_ns, device, kind };
-    postcard::serialize_with_flavor(&encoded, Appending(buffer))
+    *buffer = postcard::to_extend(&encoded, std::mem::take(buffer))?;
+    Ok(())
 }
 
 pub(super) fn decode(payload: &[u8], last: Timestamp) -> postcard::Result<Record> {

@@ -114,11 +114,6 @@ enum Gathered {
     Nothing,
 }
 
-enum Filled {
-    Whole,
-    Short,
-}
-
 impl RecordReader {
     /// Reads the header.
     ///
@@ -186,7 +181,7 @@ impl RecordReader {
     fn gather(&mut self) -> Result<Gathered, RecordError> {
         let begin = self.block.len();
         for _ in 0..PREFIX_BYTES_MAX {
-            if let Filled::Short = self.append(1)? {
+            if !self.append(1)? {
                 return Ok(Gathered::Nothing);
             }
             if self.block.last().is_some_and(|byte| byte & 0x80 == 0) {
@@ -207,16 +202,15 @@ impl RecordReader {
         if begin >= BLOCK_BYTES && self.check.is_some() {
             return Err(self.damaged(0, CHECK_IS_WRONG));
         }
-        match self.append(length)? {
-            Filled::Whole => Ok(Gathered::Record),
-            Filled::Short => Ok(Gathered::Nothing),
-        }
+        Ok(if self.append(length)? { Gathered::Record } else { Gathered::Nothing })
     }
 
     /// Verifies the checksum of the block. The first byte of a mark stands at its end.
     fn at_mark(&mut self, check: Check) -> Result<(), RecordError> {
         let records = self.block.len() - 1;
-        let Filled::Whole = self.append(1 + CHECK_BYTES)? else { return self.cut_short(records) };
+        if !self.append(1 + CHECK_BYTES)? {
+            return self.cut_short(records);
+        }
         let (checked, found) = self.block.split_at(records + 2);
         let check = check.of(checked);
         if check.bytes() != found {
@@ -225,9 +219,9 @@ impl RecordReader {
         match checked.last() {
             Some(&NEXT) => {}
             Some(&END) => {
-                let Filled::Whole = self.append(TRAILER.len())? else {
+                if !self.append(TRAILER.len())? {
                     return self.cut_short(records);
-                };
+                }
                 if !self.block.ends_with(&TRAILER) {
                     return Err(self.damaged(records, "the end mark is another"));
                 }
@@ -259,10 +253,9 @@ impl RecordReader {
         Ok(())
     }
 
-    /// Appends this many bytes of the file to the block, or as many as there are.
-    fn append(&mut self, bytes: usize) -> Result<Filled, RecordError> {
-        let appended = self.input.append_to(&mut self.block, bytes)?;
-        Ok(if appended == bytes { Filled::Whole } else { Filled::Short })
+    /// Appends this many bytes of the file to the block, or as many as there are; `false` if there are fewer.
+    fn append(&mut self, bytes: usize) -> Result<bool, RecordError> {
+        Ok(self.input.append_to(&mut self.block, bytes)? == bytes)
     }
 
     /// An invalid byte in a block whose checksum is not verified yet: any bit before it may be the cause.

@@ -16,14 +16,15 @@ pub use error::RunFolderError;
 
 use crate::header::{Header, MAGIC};
 use crate::kept::KeptSink;
+use crate::locked::Locked;
 use crate::outcome::Summary;
 use crate::reader::{RecordError, RecordReader};
 use crate::reading::{Teller, TellingFile};
 use crate::sink::{FileSink, Level};
-use lock::Lock;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 /// File name of the summary.
 pub const SUMMARY: &str = "summary.json";
@@ -44,7 +45,7 @@ pub struct RunFolder {
     path: PathBuf,
     teller: Teller,
     /// Lock held by the run that fills the folder, and by its clones.
-    lock: Option<Lock>,
+    lock: Option<Arc<Locked>>,
 }
 
 impl RunFolder {
@@ -60,7 +61,7 @@ impl RunFolder {
         }
         fs::create_dir_all(&folder.path)
             .map_err(|source| RunFolderError::Write { path: folder.path.clone(), source })?;
-        folder.lock = Lock::of(&folder.path)?;
+        folder.lock = lock::hold(&folder.path)?;
         let path = || folder.path.clone();
         let is_empty = fs::read_dir(&folder.path)
             .map_err(|source| RunFolderError::Read { path: path(), source })?
@@ -80,7 +81,7 @@ impl RunFolder {
     pub fn outdate(path: &Path) {
         let folder = Self { path: path.to_owned(), teller: Teller::default(), lock: None };
         let verdicts = folder.file(JUNIT);
-        if verdicts.is_file() && folder.holds_run() && Lock::of(path).is_ok() {
+        if verdicts.is_file() && folder.holds_run() && lock::hold(path).is_ok() {
             // A run that begins says what is wrong with the folder.
             let _ = fs::remove_file(verdicts);
         }
@@ -101,7 +102,7 @@ impl RunFolder {
     /// # Errors
     /// [`RunFolderError::Busy`] when a run fills it.
     pub fn held(mut self) -> Result<Self, RunFolderError> {
-        self.lock = Lock::of(&self.path)?;
+        self.lock = lock::hold(&self.path)?;
         Ok(self)
     }
 

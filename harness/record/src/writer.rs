@@ -1,9 +1,10 @@
 //! Writes a record file.
 
 use super::blocks::{BLOCK_BYTES, Check, END, NEXT, TRAILER};
-use super::encoding::{BorrowedKind, MARK, RECORD_BYTES_MAX, Recordable, encode, prefix};
+use super::encoding::{BorrowedKind, MARK, RECORD_BYTES_MAX, encode, prefix};
 use super::header::Header;
 use super::{Device, Record, RecordKind};
+use serde::Serialize;
 use std::io::{self, Write};
 use wire::time::Timestamp;
 
@@ -69,7 +70,7 @@ impl<'a> RecordWriter<'a> {
         self.flush()
     }
 
-    fn append<K: Recordable>(&mut self, at: Timestamp, device: Device, kind: &K) -> io::Result<()> {
+    fn append(&mut self, at: Timestamp, device: Device, kind: &impl Serialize) -> io::Result<()> {
         encode(&mut self.payload, self.last, at, device, kind).map_err(io::Error::other)?;
         let length = self.payload.len();
         if length > RECORD_BYTES_MAX {
