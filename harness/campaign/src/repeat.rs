@@ -27,11 +27,12 @@ pub const REPEATS_MAX: u64 = 10_000;
 
 /// The rule that decides whether a case counts as broken.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(into = "Rule", try_from = "Rule")]
+#[serde(try_from = "Rule")]
 pub struct Repetition {
     repeats: u64,
     confidence: f64,
     share: f64,
+    #[serde(skip)]
     needed: u64,
 }
 
@@ -44,19 +45,12 @@ impl fmt::Display for Repetition {
 }
 
 /// A rule in serialized form.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Rule {
     repeats: u64,
     confidence: f64,
     share: f64,
-}
-
-impl From<Repetition> for Rule {
-    fn from(rule: Repetition) -> Self {
-        let Repetition { repeats, confidence, share, .. } = rule;
-        Self { repeats, confidence, share }
-    }
 }
 
 impl TryFrom<Rule> for Repetition {

@@ -20,7 +20,8 @@ pub trait Search {
 /// Draws cases regardless of earlier results.
 #[derive(Debug)]
 pub struct Random {
-    draws: Draws,
+    schedule: BoxedStrategy<Schedule>,
+    dice: Dice,
 }
 
 /// Seeds that the cases of a campaign share. Cases with one seed are the same up to their first fault, which an executor
@@ -54,36 +55,19 @@ impl Dice {
     }
 }
 
-/// Draws seeds and schedules.
-#[derive(Debug)]
-struct Draws {
-    schedule: BoxedStrategy<Schedule>,
-    dice: Dice,
-}
-
-impl Draws {
-    fn new(space: &Space, seed: u64) -> Self {
-        Self { schedule: space.schedule(), dice: Dice::new(seed) }
-    }
-
-    fn case(&mut self) -> Case {
-        let seed = self.dice.seed();
-        // An inapplicable schedule is drawn again, a limited number of times.
-        let schedule = self.schedule.new_tree(&mut self.dice.runner).map(|tree| tree.current());
-        Case { seed, schedule: schedule.unwrap_or_default() }
-    }
-}
-
 impl Random {
     /// Searches `space` with random numbers from `seed`.
     pub fn new(space: &Space, seed: u64) -> Self {
-        Self { draws: Draws::new(space, seed) }
+        Self { schedule: space.schedule(), dice: Dice::new(seed) }
     }
 }
 
 impl Search for Random {
     fn next(&mut self) -> Case {
-        self.draws.case()
+        let seed = self.dice.seed();
+        // An inapplicable schedule is drawn again, a limited number of times.
+        let schedule = self.schedule.new_tree(&mut self.dice.runner).map(|tree| tree.current());
+        Case { seed, schedule: schedule.unwrap_or_default() }
     }
 
     fn learn(&mut self, _: &Case, _: &CaseResult) {}

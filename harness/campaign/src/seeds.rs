@@ -39,16 +39,12 @@ pub fn for_each_seed<T: Send>(
         }
         done
     };
-    let mut results = thread::scope(|scope| {
+    let mut results: Vec<_> = thread::scope(|scope| {
         let workers: Vec<_> = (0..threads.get()).map(|_| scope.spawn(work)).collect();
-        let mut results = Vec::new();
-        for worker in workers {
-            match worker.join() {
-                Ok(done) => results.extend(done),
-                Err(panic) => resume_unwind(panic),
-            }
-        }
-        results
+        let done = workers
+            .into_iter()
+            .map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        done.flatten().collect()
     });
     results.sort_by_key(|(seed, _)| *seed);
     results

@@ -26,7 +26,7 @@ const WHOLE_PHASE: f64 = 0.5;
 const QUIET_MIN: f64 = 0.2;
 
 /// Progress of one kind through the space.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Lane {
     /// The kind on its targets: indices among the kinds of the space.
     kinds: Vec<usize>,
@@ -53,15 +53,7 @@ pub(super) struct Survey {
 
 impl Survey {
     pub(super) fn new(space: &Space, dice: &mut Dice) -> Self {
-        let lane = |kinds| Lane {
-            kinds,
-            turns: Vec::new(),
-            drawn: 0,
-            phases: Vec::new(),
-            at: dice.random.random(),
-            cases: 0,
-            stirred: 0,
-        };
+        let lane = |kinds| Lane { kinds, at: dice.random.random(), ..Lane::default() };
         let lanes = space.lanes().into_iter().map(lane).collect();
         Self { space: space.clone(), lanes, deck: Vec::new() }
     }
