@@ -74,43 +74,42 @@ fn table(dataset: &Dataset, run_field: &str) -> io::Result<Vec<u8>> {
 }
 
 fn descriptor(dataset: &Dataset, run_field: &str, path: &str, options: &WriteOptions) -> Value {
-    let mut fields =
-        vec![json!({ "name": run_field, "type": "string", "unit": "1", "role": Role::Run.name() })];
-    fields.extend(dataset.columns.iter().map(|column| {
-        let mut field = Map::new();
-        field.insert("name".to_owned(), json!(column.name));
-        field.insert("type".to_owned(), json!("number"));
-        field.insert("unit".to_owned(), json!(column.unit.text()));
-        field.insert("role".to_owned(), json!(column.role.name()));
+    let run = json!({ "name": run_field, "type": "string", "unit": "1", "role": Role::Run.name() });
+    let columns = dataset.columns.iter().map(|column| {
         let axis = column.axis.map(|axis| match axis {
             Axis::X => "x",
             Axis::Y => "y",
             Axis::Z => "z",
         });
-        field.extend(axis.map(|axis| ("axis".to_owned(), json!(axis))));
-        Value::Object(field)
+        let (unit, role) = (column.unit.text(), column.role.name());
+        given(json!({
+            "name": column.name, "type": "number", "unit": unit, "role": role, "axis": axis,
+        }))
+    });
+    let fields: Vec<Value> = std::iter::once(run).chain(columns).collect();
+    let constants = dataset.constants.iter().map(|(name, constant)| {
+        (name.clone(), json!({ "value": constant.value, "unit": constant.unit.text() }))
+    });
+    let constants: Map<String, Value> = constants.collect();
+    let hil = given(json!({
+        "kind": dataset.kind.name(),
+        "drive": dataset.drive.map(Drive::name),
+        "constants": constants,
+        "notes": options.notes,
     }));
-    let mut hil = Map::new();
-    hil.insert("kind".to_owned(), json!(dataset.kind.name()));
-    let drive = dataset.drive.map(Drive::name);
-    hil.extend(drive.map(|drive| ("drive".to_owned(), json!(drive))));
-    let constants: Map<String, Value> = dataset
-        .constants
-        .iter()
-        .map(|(name, constant)| {
-            (name.clone(), json!({ "value": constant.value, "unit": constant.unit.text() }))
-        })
-        .collect();
-    hil.insert("constants".to_owned(), Value::Object(constants));
-    hil.extend(options.notes.as_ref().map(|notes| ("notes".to_owned(), json!(notes))));
-    let mut package = Map::new();
-    package.insert("name".to_owned(), json!(dataset.name));
-    package.extend(options.title.as_ref().map(|title| ("title".to_owned(), json!(title))));
-    package.insert("hil".to_owned(), Value::Object(hil));
     let resource = json!({
         "name": TABLE, "path": path, "format": "csv", "mediatype": "text/csv", "encoding": "utf-8",
         "schema": { "fields": fields },
     });
-    package.insert("resources".to_owned(), json!([resource]));
-    Value::Object(package)
+    given(json!({
+        "name": dataset.name, "title": options.title, "hil": hil, "resources": [resource],
+    }))
+}
+
+/// An object without the keys that have no value.
+fn given(mut object: Value) -> Value {
+    if let Value::Object(object) = &mut object {
+        object.retain(|_, value| !value.is_null());
+    }
+    object
 }
