@@ -121,13 +121,10 @@ pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
         let verdict = if measured.holds() { "holds" } else { "**does not hold**" };
         let fault = escaped(&format!("{} of {}", envelope.kind, envelope.target));
         let (tolerated, wanted) = (figure(envelope.tolerated), figure(*at_least));
-        let silent = envelope.most_silent().map_or_else(
-            || "none".to_owned(),
-            |level| {
-                let at = figure(Some(level.severity));
-                format!("{} of {} at {at}", level.silent, level.runs)
-            },
-        );
+        let silent = envelope.most_silent().map_or("none".to_owned(), |level| {
+            let at = figure(Some(level.severity));
+            format!("{} of {} at {at}", level.silent, level.runs)
+        });
         let _ = writeln!(text, "| {verdict} | {fault} | {tolerated} | {wanted} | {silent} |");
     }
     text.push('\n');

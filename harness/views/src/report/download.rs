@@ -4,7 +4,7 @@ use super::group::Group;
 use super::observed::{Direction, Sample};
 use super::thin::{Point, extreme_indices, extremes};
 use maud::{Markup, html};
-use std::fmt::Write;
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_encode};
 
 /// Significant digits of a number: a plot shows four.
 const DIGITS: usize = 6;
@@ -14,6 +14,10 @@ const PLACE_DIGITS: usize = 12;
 
 /// Maximum rows of a table of observations: the page with all its plots stays small enough to send.
 pub(super) const ROWS_MAX: usize = 800;
+
+/// All except unreserved characters (RFC 3986) and commas.
+const ENCODED: &AsciiSet =
+    &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'~').remove(b',');
 
 #[derive(Debug)]
 pub(super) struct Table {
@@ -59,7 +63,7 @@ impl Table {
         let bytes = self.writer.into_inner().unwrap_or_default();
         html! {
             a.data download={ (file_name(name)) ".csv" }
-                href={ "data:text/csv;charset=utf-8," (percent_encoded(&bytes)) } { "CSV" }
+                href={ "data:text/csv;charset=utf-8," (percent_encode(&bytes, ENCODED)) } { "CSV" }
             @if self.left_out > 0 {
                 ", without " (self.left_out) " between these; " code { "hil show" }
                 " prints all of them"
@@ -133,20 +137,6 @@ fn rounded(value: f64, digits: usize) -> String {
 
 fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect()
-}
-
-/// Encodes bytes as in RFC 3986: all except unreserved characters and commas.
-fn percent_encoded(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(bytes.len() * 5 / 4);
-    for &byte in bytes {
-        if byte.is_ascii_alphanumeric() || b"-._~,".contains(&byte) {
-            text.push(char::from(byte));
-        } else {
-            // Writing to a string cannot fail.
-            let _ = write!(text, "%{byte:02X}");
-        }
-    }
-    text
 }
 
 #[cfg(test)]

@@ -126,13 +126,10 @@ fn answer(one: &Measured) -> String {
 
 /// The largest share of silently wrong runs.
 fn silent(one: &Measured) -> String {
-    one.envelope.most_silent().map_or_else(
-        || "none".to_owned(),
-        |level| {
-            let at = severity(level.severity, &one.envelope.unit);
-            format!("{} of {} at {at}", level.silent, level.runs)
-        },
-    )
+    one.envelope.most_silent().map_or("none".to_owned(), |level| {
+        let at = severity(level.severity, &one.envelope.unit);
+        format!("{} of {} at {at}", level.silent, level.runs)
+    })
 }
 
 fn verdict(one: &Measured) -> Markup {

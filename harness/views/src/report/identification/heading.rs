@@ -1,5 +1,6 @@
 //! The result, at the top of the page.
 
+use super::super::heading::fact;
 use identification::finding::{Finding, HeldOut, Verdict};
 use maud::{Markup, html};
 use record::figures;
@@ -78,8 +79,4 @@ fn errors(held_out: &HeldOut) -> Markup {
             }
         }
     }
-}
-
-fn fact(name: &str, value: &str) -> Markup {
-    html! { div { dt { (name) } dd { (value) } } }
 }

@@ -1,11 +1,23 @@
 //! Numbers of the model and of the noise.
 
+use super::super::listed::table;
 use super::meaning::title;
 use identification::finding::Parameter;
 use identification::model::{Model, Term};
 use identification::outcome::Diagnostics;
 use maud::{Markup, html};
 use record::figures;
+
+const HEADS: [&str; 8] = [
+    "term",
+    "acts on",
+    "over",
+    "parameter",
+    "#value",
+    "#standard error",
+    "unit",
+    "#in the model given",
+];
 
 /// Renders every parameter of every term, and its previous value.
 pub(super) fn parameters(model: &Model) -> Markup {
@@ -15,18 +27,9 @@ pub(super) fn parameters(model: &Model) -> Markup {
                 "As in model.toml. The error is one standard error: two times as much to either side "
                 "holds the true value in 95 of 100 cases, if the model is right."
             }
-            div.scroll {
-                table.model {
-                    thead {
-                        tr {
-                            th { "term" } th { "acts on" } th { "over" } th { "parameter" }
-                            th.number { "value" } th.number { "standard error" } th { "unit" }
-                            th.number { "in the model given" }
-                        }
-                    }
-                    tbody { @for term in &model.terms { (rows(term, &model.plain)) } }
-                }
-            }
+            (table(Some("model"), &HEADS, &html! {
+                @for term in &model.terms { (rows(term, &model.plain)) }
+            }))
         }
     }
 }
@@ -86,23 +89,18 @@ pub(super) fn noise(diagnostics: &Diagnostics) -> Option<Markup> {
     }
     Some(html! {
         p { "Standard deviations of the parts that no cause explains." }
-        div.scroll {
-            table.noise {
-                thead { tr { th { "quantity" } th { "part" } th.number { "size" } th { "unit" } } }
-                tbody {
-                    @for block in &diagnostics.blocks {
-                        @for part in &block.noise {
-                            tr {
-                                td { code { (block.label) } }
-                                td { (noise_part(&part.name)) }
-                                td.number { (value(part)) }
-                                td { (part.unit) }
-                            }
-                        }
+        (table(Some("noise"), &["quantity", "part", "#size", "unit"], &html! {
+            @for block in &diagnostics.blocks {
+                @for part in &block.noise {
+                    tr {
+                        td { code { (block.label) } }
+                        td { (noise_part(&part.name)) }
+                        td.number { (value(part)) }
+                        td { (part.unit) }
                     }
                 }
             }
-        }
+        }))
     })
 }
 
