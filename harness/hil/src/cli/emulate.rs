@@ -50,12 +50,8 @@ enum What {
         can: Option<String>,
         #[command(flatten)]
         port: PortArguments,
-        /// Also take requests on this socket.
-        #[arg(long, value_name = "unix:PATH", value_parser = socket)]
-        control: Option<PathBuf>,
-        /// Seed of all random numbers.
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
+        #[command(flatten)]
+        run: RunArguments,
     },
     /// All emulated devices of a rig; the other nodes on its lines are yours.
     Rig {
@@ -65,12 +61,8 @@ enum What {
         /// Port of a line, such as can0=can:vcan0; a line without a port stays inside `hil`.
         #[arg(long = "line", value_name = "LINE=PORT", required = true)]
         lines: Vec<String>,
-        /// Also take requests on this socket.
-        #[arg(long, value_name = "unix:PATH", value_parser = socket)]
-        control: Option<PathBuf>,
-        /// Seed of all random numbers.
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
+        #[command(flatten)]
+        run: RunArguments,
     },
     /// A gyro of the paper alone; the request rate_deg_per_s turns it.
     Gyro {
@@ -134,6 +126,12 @@ struct CommonArguments {
     /// Device file that describes the devices: a name (see `hil list devices`) or a path.
     #[arg(long, value_name = "FILE")]
     devices: Option<String>,
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+#[derive(Debug, Args)]
+struct RunArguments {
     /// Also take requests on this socket.
     #[arg(long, value_name = "unix:PATH", value_parser = socket)]
     control: Option<PathBuf>,

@@ -32,13 +32,12 @@ pub use unjudged::{FORMED, why_not};
 
 use bus_log::{Channel, Entry, LogError, Payload};
 use harness::operator::Answers;
-use harness::run::{IMPORTED, header, write_documents};
+use harness::run::{IMPORTED, header, unfinished, write_documents};
 use harness::run::{Options, Prepared, logged, run_to_folder};
 use harness::stopwatch::Stopwatch;
 use judge::checks::judge_all;
 use plan::replayed::{Logged, Named};
 use plan::{Plan, Step};
-use record::VERSION;
 use record::figures;
 use record::outcome::{Outcome, Summary};
 use record::run_folder::RunFolder;
@@ -260,28 +259,16 @@ pub fn import_to_folder(
         (None, Some(diverged)) => (Outcome::Failed, Some(diverged.to_owned())),
         (None, None) => (judged, None),
     };
-    let lasted_s = scribe.now().as_secs_f64();
     let summary = Summary {
         outcome,
         reason,
-        plan: plan.name.as_str().to_owned(),
-        title: plan.title.clone(),
-        version: VERSION.to_owned(),
-        seed: 0,
         clock: IMPORTED.to_owned(),
         bus: "can".to_owned(),
-        device_under_test: "unknown".to_owned(),
-        simulated_s: lasted_s,
         wall_s: watch.elapsed_s(),
         events: scribe.frames(),
         measurements,
-        artifacts: Vec::new(),
-        timing: None,
-        ports: Vec::new(),
-        commands: Vec::new(),
-        faults: Vec::new(),
         properties: unjudged::properties(plan),
-        notes: Vec::new(),
+        ..unfinished(&header, &plan.title, scribe.now())
     };
     write_documents(&folder, &summary, &header)?;
     let unjudged = unjudged::of_plan(plan);

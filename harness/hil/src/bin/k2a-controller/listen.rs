@@ -6,9 +6,9 @@
 use crate::orders::{self, Orders};
 use crate::outlet::Outlet;
 use ports::unix_socket;
+use rustix::net::Shutdown;
 use std::io::{self, BufReader, Read, Write};
-use std::net::{Shutdown, TcpStream as StdTcpStream};
-use std::os::unix::net::UnixStream as StdUnixStream;
+use std::os::fd::OwnedFd;
 use std::str::FromStr;
 use std::time::Duration;
 use tokio::net::TcpListener;
@@ -73,13 +73,13 @@ impl Listener {
             Self::Unix(listener, _) => {
                 let stream = listener.accept().await?.0.into_std()?;
                 stream.set_nonblocking(false)?;
-                Client::new(stream.try_clone()?, stream.try_clone()?, Stream::Unix(stream))
+                Client::new(stream.try_clone()?, stream.try_clone()?, stream.into())
             }
             Self::Tcp(listener) => {
                 let stream = listener.accept().await?.0.into_std()?;
                 stream.set_nonblocking(false)?;
                 stream.set_nodelay(true)?;
-                Client::new(stream.try_clone()?, stream.try_clone()?, Stream::Tcp(stream))
+                Client::new(stream.try_clone()?, stream.try_clone()?, stream.into())
             }
         }
     }
@@ -100,20 +100,15 @@ pub(crate) struct Client {
 
 pub(crate) struct Connection {
     pub(crate) reports: Outlet,
-    stream: Stream,
-}
-
-/// Kept for shutdown: the threads that read and write it may be blocked.
-enum Stream {
-    Unix(StdUnixStream),
-    Tcp(StdTcpStream),
+    /// Kept for shutdown: the threads that read and write it may be blocked.
+    stream: OwnedFd,
 }
 
 impl Client {
     fn new(
         source: impl Read + Send + 'static,
         sink: impl Write + Send + 'static,
-        stream: Stream,
+        stream: OwnedFd,
     ) -> io::Result<Self> {
         let orders = orders::read(BufReader::new(source))?;
         let reports = Outlet::spawn("client", sink)?;
@@ -126,10 +121,7 @@ impl Connection {
     pub(crate) fn close(self) {
         self.reports.finish(FLUSH_MAX);
         // A client that has left is no longer connected.
-        let _ = match self.stream {
-            Stream::Unix(stream) => stream.shutdown(Shutdown::Both),
-            Stream::Tcp(stream) => stream.shutdown(Shutdown::Both),
-        };
+        let _ = rustix::net::shutdown(self.stream, Shutdown::Both);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The devices to emulate, from the arguments.
 
-use super::{CommonArguments, EmulateArguments, PortArguments, What};
+use super::{CommonArguments, EmulateArguments, PortArguments, RunArguments, What};
 use crate::cli::failure::Failure;
 use described::Medium;
 use emulators::base::{BaseParameters, Transport};
@@ -22,16 +22,14 @@ const TABLE: &str = "table";
 impl EmulateArguments {
     pub(super) fn setup(&self) -> Result<Setup, Failure> {
         match &self.what {
-            What::Device { description, can, port, control, seed } => {
+            What::Device { description, can, port, run } => {
                 let (rig, port) = device(description, can.as_deref(), port)?;
                 let ports = vec![(plan::DEVICE.to_owned(), port)];
-                let what = emulation::What::Rig(Box::new(rig));
-                Ok(Setup { what, ports, control: control.clone(), seed: *seed })
+                Ok(run.of(emulation::What::Rig(Box::new(rig)), ports))
             }
-            What::Rig { rig, lines, control, seed } => {
+            What::Rig { rig, lines, run } => {
                 let (rig, ports) = of_rig(rig, lines)?;
-                let what = emulation::What::Rig(Box::new(rig));
-                Ok(Setup { what, ports, control: control.clone(), seed: *seed })
+                Ok(run.of(emulation::What::Rig(Box::new(rig)), ports))
             }
             What::Gyro { stream, mode, port, common } => {
                 let described = devices(common)?.map(|devices| devices.gyro);
@@ -176,8 +174,13 @@ impl CommonArguments {
             }
         }
         let ports = ports.into_iter().map(|(role, spec)| (role.to_owned(), spec)).collect();
-        let what = emulation::What::Parts(Box::new(parts));
-        Ok(Setup { what, ports, control: self.control.clone(), seed: self.seed })
+        Ok(self.run.of(emulation::What::Parts(Box::new(parts)), ports))
+    }
+}
+
+impl RunArguments {
+    fn of(&self, what: emulation::What, ports: Vec<(String, PortSpec)>) -> Setup {
+        Setup { what, ports, control: self.control.clone(), seed: self.seed }
     }
 }
 
