@@ -7,19 +7,12 @@ use controller::config::{
 };
 use hil::choices::{self, one_of};
 use ports::PortSpec;
-use ports::spec::{SerialDevice, SerialOptions, SerialSpec};
-use std::ops::RangeInclusive;
+use ports::slcan::USUAL;
+use ports::spec::{BAUD, SerialDevice, SerialOptions, SerialSpec};
 use std::str::FromStr;
 use wire::base::serial_link;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 use wire::serial::SerialSettings;
-
-/// Baud rates that serial hardware supports.
-const BAUD: RangeInclusive<u32> = 300..=4_000_000;
-
-/// Default settings of an adapter's port. Assumption: a USB adapter accepts any rate, and an adapter with a UART is
-/// often set to this one.
-const SLCAN_SETTINGS: SerialSettings = SerialSettings::new_8n1(115_200);
 
 const AFTER_HELP: &str = "\
 Missions are read from stdin and reports written to stdout, one JSON line each:
@@ -104,28 +97,26 @@ impl FromStr for SerialPort {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Base {
-    None,
-    Serial(SerialPort),
-    Can(String),
-    Slcan(SerialPort),
-}
+struct Base(Option<PortPlace>);
 
 impl FromStr for Base {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            None if text == "none" => Ok(Self::None),
-            Some(("serial", port)) => port.parse().map(Self::Serial),
-            Some(("slcan", port)) => port.parse().map(Self::Slcan),
-            Some(("can", "")) => Err("the CAN interface has no name".to_owned()),
-            Some(("can", interface)) => Ok(Self::Can(interface.to_owned())),
+        let place = match text.split_once(':') {
+            None if text == "none" => return Ok(Self(None)),
+            Some(("serial", port)) => PortPlace::serial(port.parse()?, serial_link::SETTINGS),
+            Some(("slcan", port)) => PortPlace::slcan(port.parse()?),
+            Some(("can", "")) => return Err("the CAN interface has no name".to_owned()),
+            Some(("can", interface)) => PortPlace::can(interface.to_owned()),
             _ => {
-                Err("expected serial:PORT[:BAUD], can:INTERFACE, slcan:PORT[:BAUD] or none"
-                    .to_owned())
+                return Err(
+                    "expected serial:PORT[:BAUD], can:INTERFACE, slcan:PORT[:BAUD] or none"
+                        .to_owned(),
+                );
             }
-        }
+        };
+        Ok(Self(Some(place)))
     }
 }
 
@@ -146,13 +137,12 @@ impl PortPlace {
 
     fn can(interface: String) -> Self {
         let spec = PortSpec::Can { interface: interface.clone() };
-        Self { spec, name: interface, settings: SLCAN_SETTINGS }
+        Self { spec, name: interface, settings: USUAL }
     }
 
     /// A CAN adapter on a serial port.
     fn slcan(port: SerialPort) -> Self {
-        let settings =
-            SerialSettings { baud: port.baud.unwrap_or(SLCAN_SETTINGS.baud), ..SLCAN_SETTINGS };
+        let settings = SerialSettings { baud: port.baud.unwrap_or(USUAL.baud), ..USUAL };
         let serial = port.at(Some(settings.baud));
         Self { spec: PortSpec::Slcan { serial, bitrate: None }, name: port.path, settings }
     }
@@ -182,14 +172,11 @@ impl Arguments {
         if !format.carries(mode) {
             return Err("--mode: this stream carries rates only; use --mode rate".to_owned());
         }
-        let (base, transport) = match self.base {
-            Base::None => (None, None),
-            Base::Serial(port) => {
-                (Some(PortPlace::serial(port, serial_link::SETTINGS)), Some(Transport::Serial))
-            }
-            Base::Can(interface) => (Some(PortPlace::can(interface)), Some(Transport::Can)),
-            Base::Slcan(port) => (Some(PortPlace::slcan(port)), Some(Transport::Can)),
-        };
+        let Base(base) = self.base;
+        let transport = base.as_ref().map(|place| match place.spec.carries_frames() {
+            true => Transport::Can,
+            false => Transport::Serial,
+        });
         let stream = GyroStream { format, mode, reversed: self.reversed };
         let gyro = GyroConfig { clock: self.integrate_by, ..GyroConfig::new(stream) };
         let config = Config::new(gyro, transport.map(BaseConfig::new), MotionConfig::default());
