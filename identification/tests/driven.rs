@@ -179,6 +179,38 @@ fn a_wheel_of_a_synchro_drive_errs_with_its_angle_to_the_base() {
     assert_sound(&finding);
 }
 
+#[test]
+fn counts_of_a_synchro_drive_are_as_good_as_metres_and_degrees() {
+    let mut counted = synchro(0.05, 12, 300);
+    let constants =
+        [("metres_per_count", Unit::Metre, 1e-5), ("steer_counts_per_revolution", Unit::One, 1e6)];
+    for (name, unit, value) in constants {
+        counted.constants.insert(name.to_owned(), Constant { value, unit });
+    }
+    for (role, of_one) in
+        [(Role::DriveDistance, 1e5), (Role::SteerAngle, 1e6 / std::f64::consts::TAU)]
+    {
+        assert!(role.dimensions().contains(&Unit::Count.dimension()));
+        let column = counted.columns.iter_mut().find(|column| column.role == role).unwrap();
+        column.unit = Unit::Count;
+        column.values.iter_mut().for_each(|value| *value = (*value * of_one).round());
+    }
+    let (metres, counts) = (found(&synchro(0.05, 12, 300)), found(&counted));
+    let names = |finding: &Finding| -> Vec<String> {
+        finding.effects.iter().map(|effect| effect.name.clone()).collect()
+    };
+    assert_eq!(names(&counts), names(&metres));
+    let ratio = counts.held_out.after / metres.held_out.after;
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    counted.drive = Some(Drive::Tricycle);
+    counted.constants.insert("wheelbase".to_owned(), Constant { value: 1.0, unit: Unit::Metre });
+    let refused = identify(&counted, None, &Options::default(), &mut |_, _| {}).err().unwrap();
+    assert_eq!(
+        refused.to_string(),
+        "`steer` is in count: the steering angle of a tricycle must be an angle"
+    );
+}
+
 /// A front-driven tricycle whose steering angle is `scale` times the reported one, plus `offset`.
 fn tricycle(scale: f64, offset: f64, runs: usize, rows: usize) -> Dataset {
     const BASE: f64 = 1.2;

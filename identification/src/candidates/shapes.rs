@@ -78,8 +78,12 @@ pub fn smooth(block: &Block, channels: &Channels) -> Vec<Candidate> {
         // A drift over the rate of turning is a scale of turns that varies with it.
         let turns_twice =
             |on: Acts| on == Acts::Curvature && driver.field == channels.rotation_name;
-        for on in OPEN.into_iter().filter(|on| exposure(block, *on).is_some() && !turns_twice(*on))
-        {
+        let is_open = |on: &Acts| {
+            exposure(block, *on).is_some()
+                && !turns_twice(*on)
+                && !is_by_a_chosen_zero(channels, *on, &driver)
+        };
+        for on in OPEN.into_iter().filter(is_open) {
             let name = format!("{}_shape_over_{}", acts(on), word(&driver));
             let mut shape = Shape::new(&name, on, driver.clone(), Form::Spline).unnamed();
             shape.knots.clone_from(&knots);
@@ -89,12 +93,20 @@ pub fn smooth(block: &Block, channels: &Channels) -> Vec<Candidate> {
     found
 }
 
+/// Whether a scale error over what the sensor measures would depend on where its zero is, as that of an angle, a length or a
+/// temperature does. The same curve is an error of the bias there.
+fn is_by_a_chosen_zero(channels: &Channels, on: Acts, driver: &Driver) -> bool {
+    on == Acts::Scale
+        && !channels.rotation_has_zero()
+        && *driver == Driver::plain(&channels.rotation_name)
+}
+
 /// Hinges, bumps and sigmoids of one driver.
 pub fn narrow_on(channels: &Channels, on: Acts, driver: &Driver) -> Vec<Candidate> {
     let Some(values) = see(channels, driver, &Vec::new()) else {
         return Vec::new();
     };
-    if !fills_its_range(&values) {
+    if !fills_its_range(&values) || is_by_a_chosen_zero(channels, on, driver) {
         return Vec::new();
     }
     let places = quantile_knots(&values, PLACES);

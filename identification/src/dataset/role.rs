@@ -127,17 +127,14 @@ impl Role {
             | Self::ReferenceAngle
             | Self::ReferenceHeading
             | Self::Heading
-            | Self::SteerAngle
             | Self::OdometryHeading => &[D::Angle],
+            Self::SteerAngle => &[D::Angle, D::AngularRate, D::Count],
             Self::GyroRate | Self::ReferenceRate | Self::TableRate | Self::Bias => {
                 &[D::AngularRate]
             }
             Self::GyroCounts => &[D::Count],
-            Self::ReferenceX
-            | Self::ReferenceY
-            | Self::OdometryX
-            | Self::OdometryY
-            | Self::DriveDistance => &[D::Length],
+            Self::ReferenceX | Self::ReferenceY | Self::OdometryX | Self::OdometryY => &[D::Length],
+            Self::DriveDistance => &[D::Length, D::Speed, D::Count],
             Self::Temperature => &[D::Temperature],
             Self::WheelLeft | Self::WheelRight => &[D::Count, D::Angle, D::AngularRate, D::Speed],
             Self::Run | Self::Measured | Self::Reference | Self::Auxiliary | Self::Ignore => &[],

@@ -63,12 +63,12 @@ impl Finding {
                     )
                 })
                 .collect();
-            if !falls.is_empty() {
-                said.push(format!(
-                    "With that the {}, on runs that took no part in the fit.",
-                    falls.join(", the ")
-                ));
-            }
+            said.push(if falls.is_empty() {
+                "That does not lower the error on runs that took no part in the fit.".to_owned()
+            } else {
+                let falls = falls.join(", the ");
+                format!("With that the {falls}, on runs that took no part in the fit.")
+            });
             said.extend(self.beyond());
         }
         said.extend(self.calibration());

@@ -263,7 +263,7 @@ impl Left {
     fn of_rows((count, of): (usize, usize), label: &str, input: &str) -> Self {
         Self {
             drivers: vec![input.to_owned()],
-            shape: format!("{count} of {of} rows of {label} are far off, where {input} is alike"),
+            shape: format!("{count} of {of} rows of {label}, far from others with a like {input}"),
             share_of_residual_variance: count as f64 / of.max(1) as f64,
         }
     }

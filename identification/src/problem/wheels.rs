@@ -104,6 +104,12 @@ fn tricycle(
 ) -> Result<Motion, IdentifyError> {
     let base = length(dataset, &["wheelbase"]).ok_or_else(|| no_constant(dataset, "wheelbase"))?;
     let scale = number(dataset, &["steer_scale"]).unwrap_or(1.0);
+    if steer.unit.dimension() != Dimension::Angle {
+        let (name, unit) = (&steer.name, steer.unit.text());
+        let what =
+            format!("`{name}` is in {unit}: the steering angle of a tricycle must be an angle");
+        return Err(IdentifyError::Data(what));
+    }
     let angles: Vec<f64> = steer.si().map(|angle| scale * finite(angle)).collect();
     // The steering angle of a row is the mean over it.
     let mut middle: Vec<f64> = (0..angles.len())

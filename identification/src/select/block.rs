@@ -232,7 +232,8 @@ fn reported(
         fit
     };
     (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);
-    fit.nested = nested(&standings);
+    // Without an effect, nothing was chosen that single folds could have chosen otherwise.
+    fit.nested = if chosen == 0 { fit.path[0].metrics.clone() } else { nested(&standings) };
     fit
 }
 
