@@ -32,9 +32,9 @@ use crate::checks::judge_all;
 use crate::made::Made;
 use crate::outcome::{Measurement, Outcome, PropertySummary};
 use crate::properties::Property;
+use crate::record::Record;
 use crate::record::reader::RecordError;
-use crate::record::sink::{NullSink, RecordSink};
-use crate::record::{Progress, Record};
+use crate::record::sink::NullSink;
 use crate::run_folder::{RunFolder, RunFolderError};
 use plan::Step;
 use rig::crossing::MaybeCrossing;
@@ -42,14 +42,15 @@ use rig::engine::{Action, Ending};
 use rig::operator::Answers;
 use rig::rerun;
 use rig::simulate::Simulation;
+use rig::{Pulse, Sink};
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; `false` stops the run.
 pub fn simulate(
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
-    sink: &mut dyn RecordSink,
-    pulse: &mut dyn FnMut(Progress) -> bool,
+    sink: Sink<'_>,
+    pulse: Pulse<'_>,
 ) -> Ended {
     simulate_across(None, prepared, seed, answers, sink, pulse)
 }
@@ -60,12 +61,12 @@ pub fn simulate_across(
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
-    sink: &mut dyn RecordSink,
-    pulse: &mut dyn FnMut(Progress) -> bool,
+    sink: Sink<'_>,
+    pulse: Pulse<'_>,
 ) -> Ended {
     let declared = prepared.plan.properties.as_slice();
     let watched = (!declared.is_empty()).then_some(declared);
-    go(crossing, prepared, seed, answers, watched, sink, pulse)
+    Underway::new(crossing, prepared, seed, answers, watched).run(sink, pulse)
 }
 
 /// Like [`simulate`], but judges [what a campaign judges](crate::plan::Plan::judged). The run and its record are the
@@ -74,25 +75,11 @@ pub fn simulate_watched(
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
-    sink: &mut dyn RecordSink,
-    pulse: &mut dyn FnMut(Progress) -> bool,
+    sink: Sink<'_>,
+    pulse: Pulse<'_>,
 ) -> Ended {
     let judged = prepared.plan.judged(&prepared.rig);
-    go(None, prepared, seed, answers, Some(&judged), sink, pulse)
-}
-
-fn go(
-    crossing: MaybeCrossing,
-    prepared: &Prepared,
-    seed: u64,
-    answers: &Answers,
-    watched: Option<&[Property]>,
-    sink: &mut dyn RecordSink,
-    pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Ended {
-    let mut run = Underway::new(crossing, prepared, seed, answers, watched);
-    let end = run.simulation.run(sink, &mut |action| action.keep_in(&mut run.made), pulse);
-    run.ended(end, sink)
+    Underway::new(None, prepared, seed, answers, Some(&judged)).run(sink, pulse)
 }
 
 /// A run in virtual time that is under way.
@@ -118,14 +105,20 @@ impl Underway {
         Self { simulation, made: Made::default() }
     }
 
+    fn run(mut self, sink: Sink<'_>, pulse: Pulse<'_>) -> Ended {
+        let keep = &mut |action: &_| Action::keep_in(action, &mut self.made);
+        let end = self.simulation.run(sink, keep, pulse);
+        self.ended(end, sink)
+    }
+
     /// Runs from where it stands to the end of the plan.
-    pub(crate) fn into_end(mut self, sink: &mut dyn RecordSink) -> Ended {
+    pub(crate) fn into_end(mut self, sink: Sink<'_>) -> Ended {
         let keep = &mut |action: &_| Action::keep_in(action, &mut self.made);
         let end = self.simulation.go_on(sink, keep, &mut |_| true);
         self.ended(end, sink)
     }
 
-    fn ended(self, end: Ended, sink: &mut dyn RecordSink) -> Ended {
+    fn ended(self, end: Ended, sink: Sink<'_>) -> Ended {
         let mut ended = Ended { made: self.made, ..end };
         finish(sink, &mut ended.ending);
         ended
@@ -177,7 +170,7 @@ pub fn rerun(
 }
 
 /// Closes the record; a run with an incomplete record ends with an error.
-pub(crate) fn finish(sink: &mut dyn RecordSink, ending: &mut Ending) {
+pub(crate) fn finish(sink: Sink<'_>, ending: &mut Ending) {
     sink.finish();
     if let Some(error) = sink.failed() {
         ending.outcome = Outcome::Error;
@@ -206,12 +199,7 @@ impl Verdicts {
 }
 
 /// Runs a prepared plan for its verdicts alone. `pulse` is called now and then; `false` stops the run.
-pub fn verdicts(
-    prepared: &Prepared,
-    seed: u64,
-    answers: &Answers,
-    pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Verdicts {
+pub fn verdicts(prepared: &Prepared, seed: u64, answers: &Answers, pulse: Pulse<'_>) -> Verdicts {
     let run = simulate(prepared, seed, answers, &mut NullSink, pulse);
     let (measurements, _) = judge_all(&prepared.plan.measurements, &run.observations);
     let properties = keep::properties(prepared, &run);

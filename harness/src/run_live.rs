@@ -8,8 +8,7 @@ use crate::plan::Rig;
 use crate::plan::rig::{RigLine, RigNode, UnderTest};
 use crate::port::PortSpec;
 use crate::properties::Property;
-use crate::record::sink::RecordSink;
-use crate::record::{Device, Progress, Record, RecordKind};
+use crate::record::{Device, Record, RecordKind};
 use crate::run::{Completed, Ended, Options, Prepared, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
@@ -22,6 +21,7 @@ use live::world::{
 use rig::bench::base_transport;
 use rig::engine::{Action, Ending};
 use rig::operator::{Operator, Person};
+use rig::{Pulse, Sink};
 use std::path::Path;
 use wire::time::Timestamp;
 
@@ -205,8 +205,8 @@ pub(crate) struct LiveOrder<'a> {
 pub(crate) fn carry_out(
     order: LiveOrder<'_>,
     operator: Operator,
-    sink: &mut dyn RecordSink,
-    pulse: &mut dyn FnMut(Progress) -> bool,
+    sink: Sink<'_>,
+    pulse: Pulse<'_>,
 ) -> Result<LiveEnd, LiveError> {
     let LiveOrder { prepared, seed, setting, properties, log } = order;
     let seed = prepared.plan.seed_of_run(seed);
@@ -258,7 +258,7 @@ pub fn run_live_to_folder_watched(
     setting: &LiveSetting<'_>,
     person: Option<Box<dyn Person>>,
     feed: Option<&Feed>,
-    pulse: &mut dyn FnMut(Progress) -> bool,
+    pulse: Pulse<'_>,
 ) -> Result<Completed, LiveRunError> {
     let setting = setting.resolve(&prepared.rig)?;
     setting.fits(&prepared.plan)?;

@@ -73,15 +73,15 @@ use lateness::{Course, Lateness};
 use machine_watch::MachineWatch;
 use plan::Speaker;
 use programs::Programs;
-use record::sink::RecordSink;
-use record::{Device, Progress};
+use record::Device;
 use rig::Rig;
 use rig::director::Director;
 use rig::ended::Ended;
-use rig::engine::{Action, Ending, Engine};
+use rig::engine::{Ending, Engine};
 use rig::faults::Faults;
 use rig::simulate::look_up;
 use rig::talk::START_LIMIT;
+use rig::{Keep, Pulse, Sink};
 use role_port::PortEvent;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
@@ -175,9 +175,9 @@ impl LiveWorld {
     pub fn run(
         &mut self,
         log: &Path,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-        pulse: &mut dyn FnMut(Progress) -> bool,
+        sink: Sink<'_>,
+        keep: Keep<'_>,
+        pulse: Pulse<'_>,
     ) -> Result<LiveEnd, LiveError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         runtime.block_on(self.run_in_runtime(log, sink, keep, pulse))
@@ -187,9 +187,9 @@ impl LiveWorld {
     async fn run_in_runtime(
         &mut self,
         log: &Path,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-        pulse: &mut dyn FnMut(Progress) -> bool,
+        sink: Sink<'_>,
+        keep: Keep<'_>,
+        pulse: Pulse<'_>,
     ) -> Result<LiveEnd, LiveError> {
         let mut commands = Commands::new(self.setting.work.clone(), log);
         let mut ended = match self.set_up(&mut commands, sink, pulse).await {
@@ -216,9 +216,9 @@ impl LiveWorld {
     async fn run_set_up(
         &mut self,
         (log, commands): (&Path, &mut Commands),
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-        pulse: &mut dyn FnMut(Progress) -> bool,
+        sink: Sink<'_>,
+        keep: Keep<'_>,
+        pulse: Pulse<'_>,
     ) -> Result<LiveEnd, LiveError> {
         let mut ports = Ports::open(std::mem::take(&mut self.plans)).await?;
         commands.places = ports.wiring()?.places;
@@ -337,7 +337,7 @@ impl LiveWorld {
     async fn start(
         &mut self,
         log: &Path,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         clock: &Clock,
         ports: &mut Ports,
     ) -> Result<(Running, Programs), LiveError> {
@@ -360,12 +360,7 @@ impl LiveWorld {
     }
 
     /// Checks for a stop request, whether the disk still takes the record, and what a person has typed.
-    fn look_up(
-        &mut self,
-        now: Timestamp,
-        sink: &mut dyn RecordSink,
-        pulse: &mut dyn FnMut(Progress) -> bool,
-    ) {
+    fn look_up(&mut self, now: Timestamp, sink: Sink<'_>, pulse: Pulse<'_>) {
         if let Some(eyes) = &self.eyes {
             eyes.tell(sink);
         }

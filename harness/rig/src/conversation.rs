@@ -6,14 +6,14 @@ use super::touched::Touched;
 use crate::engine::Action;
 use crate::hosted::{Hosted, HostedController as _, News};
 use crate::talk::{START_LIMIT, Talk};
+use crate::{Keep, Sink};
 use controller::mission::{Mission, Report};
 use judge::properties::Seen;
-use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
 use wire::time::Timestamp;
 
 impl Simulation {
-    pub(super) fn ask_controller(&mut self, place: usize, sink: &mut dyn RecordSink) {
+    pub(super) fn ask_controller(&mut self, place: usize, sink: Sink<'_>) {
         let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
         if machine.host.is_stalled() {
             // It is marked again when its machine resumes.
@@ -45,7 +45,7 @@ impl Simulation {
 
     /// Separate and cold: only programs have news.
     #[cold]
-    fn hear_news(&mut self, sink: &mut dyn RecordSink, place: usize, news: News) {
+    fn hear_news(&mut self, sink: Sink<'_>, place: usize, news: News) {
         let Self { now, rig, director, touched, .. } = self;
         match news {
             News::Note(_) if director.talk.exceeds(*now) => {
@@ -83,7 +83,7 @@ impl Simulation {
 
     /// Separate and not inlined: reports are rare and large, and their stack space must not burden every event.
     #[inline(never)]
-    fn hear_report(&mut self, sink: &mut dyn RecordSink, report: &Report) {
+    fn hear_report(&mut self, sink: Sink<'_>, report: &Report) {
         if self.director.talk.floods(self.now) {
             self.director.engine.failed(self.now, &Talk::why());
             self.touched.0 |= Touched::PLAN;
@@ -97,7 +97,7 @@ impl Simulation {
 
     /// Not inlined for the same reason: an action may hold a whole calibration.
     #[inline(never)]
-    pub(super) fn ask_engine(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
+    pub(super) fn ask_engine(&mut self, sink: Sink<'_>, keep: Keep<'_>) {
         while let Some(action) = self.director.engine.action() {
             // An action may have reached any node.
             self.touched = Touched::ALL;

@@ -3,15 +3,15 @@
 use super::line::EndId;
 use super::simulate::Simulation;
 use super::touched::Touched;
+use crate::Sink;
 use crate::watch::see;
 use judge::properties::Seen;
 use record::Device;
-use record::sink::RecordSink;
 use wire::device::Transmit;
 
 impl Simulation {
     /// Delivers what has arrived through the lines, after the crossing.
-    pub(super) fn deliver(&mut self, sink: &mut dyn RecordSink) {
+    pub(super) fn deliver(&mut self, sink: Sink<'_>) {
         let now = self.now;
         for line in 0..self.rig.lines.len() {
             if self.rig.lines[line].next_arrival() > now {
@@ -47,13 +47,7 @@ impl Simulation {
     }
 
     #[inline]
-    pub(super) fn delivered(
-        &mut self,
-        sink: &mut dyn RecordSink,
-        line: usize,
-        from: EndId,
-        what: &Transmit,
-    ) {
+    pub(super) fn delivered(&mut self, sink: Sink<'_>, line: usize, from: EndId, what: &Transmit) {
         let Self { now, rig, director, touched, watch, .. } = self;
         let (now, who) = (*now, rig.lines[line].who(from));
         match what {

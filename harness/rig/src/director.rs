@@ -7,12 +7,13 @@ use crate::engine::{Action, Engine};
 use crate::operator::by_hand::{self, Survey};
 use crate::operator::{Asked, Operator, RealRoles};
 use crate::talk::Talk;
+use crate::{Keep, Sink};
 use controller::mission::{Activity, Mission, Report};
 use identification::finding::Compensation;
 use plan::models;
 use plan::{Answer, Order, Send};
 use record::outcome::CommandSummary;
-use record::sink::{Level, RecordSink};
+use record::sink::Level;
 use record::{Device, Record, RecordKind};
 use wire::device::{PortId, Transmit};
 use wire::table::AnswerDecoder;
@@ -78,8 +79,8 @@ impl Director {
         &mut self,
         now: Timestamp,
         rig: &mut Rig,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
+        sink: Sink<'_>,
+        keep: Keep<'_>,
         action: Action,
     ) -> Option<Mission> {
         match action {
@@ -126,13 +127,7 @@ impl Director {
         None
     }
 
-    fn carry_out(
-        &mut self,
-        now: Timestamp,
-        rig: &mut Rig,
-        sink: &mut dyn RecordSink,
-        order: Order,
-    ) {
+    fn carry_out(&mut self, now: Timestamp, rig: &mut Rig, sink: Sink<'_>, order: Order) {
         if let Some((text, answer)) = by_hand::question(&order, self.real) {
             self.survey = None;
             return self.ask(now, sink, &text, answer.as_ref());
@@ -191,26 +186,20 @@ impl Director {
     }
 
     /// Records that a command was not run, for worlds without a bench. A world with a bench runs it before this call.
-    fn pass_over(&mut self, now: Timestamp, sink: &mut dyn RecordSink, command: &str) {
+    fn pass_over(&mut self, now: Timestamp, sink: Sink<'_>, command: &str) {
         if CommandSummary::passed_over(&mut self.commands, command) {
             let note = format!("`{command}` was not run: in virtual time there is no bench");
             sink.record(Record { at: now, device: Device::Plan, kind: RecordKind::Note(note) });
         }
     }
 
-    fn ask(
-        &mut self,
-        now: Timestamp,
-        sink: &mut dyn RecordSink,
-        text: &str,
-        answer: Option<&Answer>,
-    ) {
+    fn ask(&mut self, now: Timestamp, sink: Sink<'_>, text: &str, answer: Option<&Answer>) {
         let asked = self.operator.ask(text, answer);
         self.asked(now, sink, asked);
     }
 
     /// Asks for the next number of a pose; passes the pose on once it is complete.
-    fn go_on_measuring(&mut self, now: Timestamp, sink: &mut dyn RecordSink) {
+    fn go_on_measuring(&mut self, now: Timestamp, sink: Sink<'_>) {
         let Some(survey) = &self.survey else { return };
         if let Some(pose) = survey.pose() {
             self.survey = None;
@@ -221,7 +210,7 @@ impl Director {
     }
 
     /// Handles the outcome of a question to a person.
-    fn asked(&mut self, now: Timestamp, sink: &mut dyn RecordSink, asked: Asked) {
+    fn asked(&mut self, now: Timestamp, sink: Sink<'_>, asked: Asked) {
         match asked {
             Asked::Waiting => {}
             Asked::Assumed => self.engine.answered(now),
@@ -244,7 +233,7 @@ impl Director {
     }
 
     /// Handles what the person beside the bench has typed by now.
-    pub fn listen_to_operator(&mut self, now: Timestamp, sink: &mut dyn RecordSink) {
+    pub fn listen_to_operator(&mut self, now: Timestamp, sink: Sink<'_>) {
         if let Some(asked) = self.operator.heard() {
             self.asked(now, sink, asked);
         }
@@ -255,7 +244,7 @@ impl Director {
         &mut self,
         now: Timestamp,
         rig: &mut Rig,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         report: &Report,
     ) {
         if let Report::State(state) = report {

@@ -1,11 +1,12 @@
-//! Applies the scheduled faults to the lines, devices, machine of the controller and operator of a rig.
+//! Applies the scheduled faults to the lines, devices, machine of the controller and operator of a rig, records what
+//! happens to them, and sums it up at the end of a run.
 
 use super::Rig;
 use super::director::Director;
-use super::injector::Change;
-use super::ledger::Ledger;
+use super::injector::{Change, Injector};
 use super::line::EndId;
 use super::node::{Machine, Node};
+use crate::Sink;
 use crate::bench::Carrier;
 use crate::link::{ErrorState, Struck};
 use emulators::base::BaseFault;
@@ -13,8 +14,7 @@ use emulators::gyro::GyroFault;
 use judge::properties::Seen;
 use plan::PhaseEvent;
 use plan::faults::{Chances, FaultKind, Schedule, Target, Toward};
-use record::FaultSummary;
-use record::sink::RecordSink;
+use record::{Device, FaultEvent, FaultRecord, FaultSummary, Record, RecordKind};
 use wire::time::{Span, Timestamp};
 use wire::units::Angle;
 
@@ -24,45 +24,42 @@ type Reached<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
 
 #[derive(Debug, Clone)]
 pub struct Faults {
-    ledger: Ledger,
+    injector: Injector,
 }
 
 impl Faults {
     /// The faults of `schedule` in the run with `seed`, which begins at zero; `None` if the schedule is empty. From now
     /// on faults can strike the machines of devices under test.
     pub fn of(schedule: &Schedule, seed: u64, rig: &mut Rig) -> Option<Box<Self>> {
-        let ledger = Ledger::of(schedule, seed)?;
+        if schedule.is_empty() {
+            return None;
+        }
         rig.nodes.iter_mut().for_each(Node::with_faults);
-        Some(Box::new(Self { ledger }))
+        Some(Box::new(Self { injector: Injector::new(schedule, seed, Timestamp::ZERO) }))
     }
 
     pub const fn next_due(&self) -> Timestamp {
-        self.ledger.injector.next_due()
+        self.injector.next_due()
     }
 
     pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
-        self.ledger.injector.phase(now, event);
+        self.injector.phase(now, event);
     }
 
     /// State of the faults for a monitor.
     pub fn seen(&self) -> Seen<'static> {
-        Seen::Faults(self.ledger.injector.active())
+        Seen::Faults(self.injector.active())
     }
 
     /// Begins and ends the faults that are due; returns whether any did.
-    pub fn strike(
-        &mut self,
-        now: Timestamp,
-        rig: &mut Rig,
-        director: &mut Director,
-        mut here: Option<&mut Machine>,
-        sink: &mut dyn RecordSink,
-    ) -> bool {
+    pub fn strike(&mut self, now: Timestamp, struck: Reached<'_>, sink: Sink<'_>) -> bool {
+        let (rig, director, mut here) = struck;
         let mut any = false;
-        while let Some(change) = self.ledger.change(now, sink) {
+        while let Some(change) = self.injector.change(now) {
             any = true;
             match change {
                 Change::Begins(index) => {
+                    self.tell(now, sink, index, FaultEvent::Began);
                     self.begin(now, index, (rig, director, here.as_deref_mut()));
                 }
                 Change::Ends(index) => {
@@ -78,7 +75,7 @@ impl Faults {
         &self,
         now: Timestamp,
         rig: &mut Rig,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         mut reached: impl FnMut(usize),
     ) -> bool {
         let mut has_left = false;
@@ -86,7 +83,13 @@ impl Faults {
         for line in lines {
             while let Some((fault, change)) = line.state_change() {
                 has_left |= change.state == ErrorState::Off;
-                self.ledger.confinement(now, sink, fault, (line.name(change.node), &change));
+                let event = FaultEvent::Confinement {
+                    node: line.name(change.node).to_owned(),
+                    state: change.state.name().to_owned(),
+                    tec: change.counters.tec,
+                    rec: change.counters.rec,
+                };
+                self.tell(now, sink, fault, event);
                 if let Some(end) = line.ends().get(change.node.place()) {
                     nodes[end.node].confined(now, end.port, &change);
                     reached(end.node);
@@ -100,31 +103,34 @@ impl Faults {
     pub fn finish(
         &mut self,
         now: Timestamp,
-        rig: &mut Rig,
-        director: &mut Director,
-        mut here: Option<&mut Machine>,
-        sink: &mut dyn RecordSink,
+        (rig, director, mut here): Reached<'_>,
+        sink: Sink<'_>,
     ) -> Vec<FaultSummary> {
-        for index in self.ledger.injector.still_on() {
+        for index in self.injector.still_on() {
             self.over(now, index, (rig, director, here.as_deref_mut()), sink);
         }
-        self.ledger.close(now, sink)
+        for (index, why) in self.injector.never_begun() {
+            self.tell(now, sink, index, FaultEvent::NeverHappened { why: why.to_owned() });
+        }
+        self.injector.summaries()
     }
 
-    fn over(
-        &mut self,
-        now: Timestamp,
-        index: usize,
-        struck: Reached<'_>,
-        sink: &mut dyn RecordSink,
-    ) {
+    fn over(&mut self, now: Timestamp, index: usize, struck: Reached<'_>, sink: Sink<'_>) {
         let acted = self.end(now, index, struck);
-        self.ledger.over(now, sink, index, acted);
+        self.injector.acted(index, acted);
+        self.tell(now, sink, index, FaultEvent::Ended { acted });
+    }
+
+    fn tell(&self, at: Timestamp, sink: Sink<'_>, index: usize, event: FaultEvent) {
+        let fault = self.injector.fault(index);
+        let record = FaultRecord { index: index as u32, name: fault.to_string(), event };
+        let kind = RecordKind::Fault(Box::new(record));
+        sink.record(Record { at, device: Device::from(fault.target), kind });
     }
 
     /// Switches a fault on. An instantaneous fault is done at once.
     fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Reached<'_>) {
-        let fault = self.ledger.injector.fault(index).clone();
+        let fault = self.injector.fault(index).clone();
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
@@ -132,14 +138,14 @@ impl Faults {
                 here.into_iter().for_each(|machine| machine.host.begin_fault(&kind));
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
-                let chance = self.ledger.injector.chances(index).of("answer");
+                let chance = self.injector.chances(index).of("answer");
                 director.slips.switch_on(index, kind, chance);
             }
             _ => {
                 let struck = (fault.target, fault.toward, &kind);
-                match rig.begin_fault(now, index, struck, self.ledger.injector.chances(index)) {
+                match rig.begin_fault(now, index, struck, self.injector.chances(index)) {
                     0 => {}
-                    acted => self.ledger.acted(index, acted),
+                    acted => self.injector.acted(index, acted),
                 }
             }
         }
@@ -147,7 +153,7 @@ impl Faults {
 
     /// Switches a fault off; returns how often it acted.
     fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Reached<'_>) -> u64 {
-        let fault = self.ledger.injector.fault(index).clone();
+        let fault = self.injector.fault(index).clone();
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {

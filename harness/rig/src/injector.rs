@@ -33,6 +33,8 @@ struct Entry {
     chances: Chances,
     state: State,
     begun: bool,
+    /// How often it has acted, once it is over.
+    acted: u64,
     /// Open phases of the same name within its own; `None` while its own is not open.
     within: Option<u32>,
 }
@@ -55,7 +57,7 @@ impl Injector {
                 When::At(at) => State::Due(now + at),
                 When::Step { .. } | When::During { .. } => State::Waiting { seen: 0 },
             };
-            Entry { fault: fault.clone(), chances, state, begun: false, within: None }
+            Entry { fault: fault.clone(), chances, state, begun: false, acted: 0, within: None }
         });
         let mut injector = Self { entries: entries.collect(), due: Timestamp::MAX };
         injector.settle();
@@ -132,13 +134,17 @@ impl Injector {
         })
     }
 
-    /// Summary of each fault; `acted` holds the counts of the targets.
-    pub fn summaries(&self, acted: &[u64]) -> Vec<FaultSummary> {
+    /// Notes how often a fault has acted.
+    pub fn acted(&mut self, index: usize, acted: u64) {
+        self.entries[index].acted = acted;
+    }
+
+    pub fn summaries(&self) -> Vec<FaultSummary> {
         let summary = |(index, entry): (usize, &Entry)| FaultSummary {
             index,
             name: entry.fault.to_string(),
             begun: entry.begun,
-            acted: acted.get(index).copied().unwrap_or_default(),
+            acted: entry.acted,
         };
         self.entries.iter().enumerate().map(summary).collect()
     }
@@ -256,7 +262,7 @@ mod tests {
         assert_eq!((injector.change(at(3.0)), injector.next_due()), (None, at(5.0)));
         assert_eq!(injector.change(at(5.0)), Some(Change::Ends(0)));
         assert_eq!(injector.next_due(), Timestamp::MAX);
-        assert!(injector.summaries(&[7])[0].begun && injector.never_begun().next().is_none());
+        assert!(injector.summaries()[0].begun && injector.never_begun().next().is_none());
     }
 
     #[test]

@@ -39,7 +39,6 @@ pub mod faults;
 mod host;
 pub mod hosted;
 mod injector;
-mod ledger;
 pub mod line;
 pub mod link;
 pub mod node;
@@ -60,3 +59,13 @@ mod touched;
 pub mod watch;
 
 pub use rig::Rig;
+
+use record::Progress;
+use record::sink::RecordSink;
+
+/// Takes the record of a run.
+pub type Sink<'a> = &'a mut dyn RecordSink;
+/// Receives what the engine asks to keep.
+pub type Keep<'a> = &'a mut dyn FnMut(&engine::Action);
+/// Called between events now and then; if it returns `false`, the run is aborted.
+pub type Pulse<'a> = &'a mut dyn FnMut(Progress) -> bool;

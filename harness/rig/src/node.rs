@@ -73,6 +73,14 @@ impl Node {
         self.routes.get(usize::from(port.0)).copied().flatten()
     }
 
+    pub(super) fn join(&mut self, port: PortId, route: Route) {
+        let port = usize::from(port.0);
+        if self.routes.len() <= port {
+            self.routes.resize(port + 1, None);
+        }
+        self.routes[port] = Some(route);
+    }
+
     /// A copy in the same state, which runs on its own. `None` for user code, programs and FMUs, which cannot
     /// be copied.
     pub(super) fn copied(&self) -> Option<Self> {

@@ -42,12 +42,7 @@ impl Rig {
     pub fn line(&mut self, name: &str, line: Line) -> usize {
         let index = self.lines.len();
         for (place, End { node, port, .. }) in line.ends().iter().enumerate() {
-            let routes = &mut self.nodes[*node].routes;
-            let port = usize::from(port.0);
-            if routes.len() <= port {
-                routes.resize(port + 1, None);
-            }
-            routes[port] = Some(Route { line: index, end: EndId::of(place) });
+            self.nodes[*node].join(*port, Route { line: index, end: EndId::of(place) });
         }
         self.lines.push(line);
         self.line_names.push(name.into());
@@ -55,13 +50,9 @@ impl Rig {
     }
 
     pub fn join(&mut self, line: usize, end: End) {
-        let (node, port) = (end.node, usize::from(end.port.0));
-        let place = EndId::of(self.lines[line].add(end));
-        let routes = &mut self.nodes[node].routes;
-        if routes.len() <= port {
-            routes.resize(port + 1, None);
-        }
-        routes[port] = Some(Route { line, end: place });
+        let (node, port) = (end.node, end.port);
+        let end = EndId::of(self.lines[line].add(end));
+        self.nodes[node].join(port, Route { line, end });
     }
 
     /// Decodes the messages from that end of a line.

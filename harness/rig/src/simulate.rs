@@ -15,12 +15,12 @@ use super::node::{Node, Part};
 use super::touched::Touched;
 use crate::crossing::MaybeCrossing;
 use crate::ended::Ended;
-use crate::engine::{Action, Ending, Engine};
+use crate::engine::{Ending, Engine};
 use crate::watch::{Watch, see};
+use crate::{Keep, Pulse, Sink};
 use judge::properties::{Monitor, Seen};
 use plan::PhaseEvent;
 use record::outcome::Outcome;
-use record::sink::RecordSink;
 use record::{Device, Progress, Record, RecordKind};
 use stream::Stream;
 use wire::time::{Span, Timestamp};
@@ -35,12 +35,7 @@ const EVENTS_PER_PULSE: u64 = 50_000;
 const LAST_WORDS: Span = Span::from_secs(1);
 
 /// Checks for a stop request, and whether the disk still takes the record.
-pub fn look_up(
-    engine: &mut Engine,
-    now: Timestamp,
-    sink: &mut dyn RecordSink,
-    pulse: &mut dyn FnMut(Progress) -> bool,
-) {
+pub fn look_up(engine: &mut Engine, now: Timestamp, sink: Sink<'_>, pulse: Pulse<'_>) {
     let (steps_done, steps) = engine.progress();
     if !pulse(Progress { now, steps_done, steps }) {
         engine.abort(now);
@@ -118,18 +113,13 @@ impl Simulation {
 
     /// Runs the plan to its end. `keep` receives what the engine asks to keep. `pulse` is called between events now and
     /// then; if it returns `false`, the run is aborted.
-    pub fn run(
-        &mut self,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-        pulse: &mut dyn FnMut(Progress) -> bool,
-    ) -> Ended {
+    pub fn run(&mut self, sink: Sink<'_>, keep: Keep<'_>, pulse: Pulse<'_>) -> Ended {
         self.begin(sink, keep);
         self.go_on(sink, keep, pulse)
     }
 
     /// Lets everybody say what they say at first.
-    pub(super) fn begin(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
+    pub(super) fn begin(&mut self, sink: Sink<'_>, keep: Keep<'_>) {
         self.transmit(sink, keep);
         // Properties are shown the truth at every event, those of the gyro included.
         self.gyros_are_late =
@@ -141,12 +131,7 @@ impl Simulation {
     }
 
     /// Runs the plan from where it stands to its end, as [`run`](Self::run) does from its beginning.
-    pub fn go_on(
-        &mut self,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-        pulse: &mut dyn FnMut(Progress) -> bool,
-    ) -> Ended {
+    pub fn go_on(&mut self, sink: Sink<'_>, keep: Keep<'_>, pulse: Pulse<'_>) -> Ended {
         let ending = self.run_to_end(sink, keep, pulse);
         let end = self.now;
         // Properties are judged up to here: what is still under way arrives at nodes that no longer run.
@@ -163,7 +148,7 @@ impl Simulation {
             sink.record(Record { at: *now, device: Device::Controller, kind });
         }
         let faults = match faults {
-            Some(faults) => faults.finish(*now, rig, director, None, sink),
+            Some(faults) => faults.finish(*now, (rig, director, None), sink),
             None => Vec::new(),
         };
         let known = end.min(director.engine.known_until);
@@ -182,12 +167,7 @@ impl Simulation {
         }
     }
 
-    fn run_to_end(
-        &mut self,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-        pulse: &mut dyn FnMut(Progress) -> bool,
-    ) -> Ending {
+    fn run_to_end(&mut self, sink: Sink<'_>, keep: Keep<'_>, pulse: Pulse<'_>) -> Ending {
         loop {
             if let Some(ending) = self.director.engine.ending() {
                 return ending.clone();
@@ -212,8 +192,8 @@ impl Simulation {
     pub(super) fn step(
         &mut self,
         next: Timestamp,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
+        sink: Sink<'_>,
+        keep: Keep<'_>,
     ) -> Option<Ending> {
         self.begin_event(next);
         if self.events_at_once == EVENTS_AT_ONCE_MAX {
@@ -257,7 +237,7 @@ impl Simulation {
     }
 
     /// Checks outside the loop; a stopped engine may have actions.
-    fn look_up(&mut self, sink: &mut dyn RecordSink, pulse: &mut dyn FnMut(Progress) -> bool) {
+    fn look_up(&mut self, sink: Sink<'_>, pulse: Pulse<'_>) {
         if let Some(watch) = &self.watch {
             watch.tell(sink);
         }
@@ -277,8 +257,8 @@ impl Simulation {
     fn next_beside_stream(
         &mut self,
         until: Timestamp,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
+        sink: Sink<'_>,
+        keep: Keep<'_>,
     ) -> Option<Timestamp> {
         match self.stream {
             Some(stream) => self.stream_alone(stream, until, sink, keep),
@@ -302,18 +282,18 @@ impl Simulation {
 
     /// Begins and ends the faults that are due, which may reach any node.
     #[cold]
-    fn strike(&mut self, sink: &mut dyn RecordSink) {
+    fn strike(&mut self, sink: Sink<'_>) {
         let Self { faults: Some(faults), now, rig, director, watch, touched, .. } = self else {
             return;
         };
-        if faults.strike(*now, rig, director, None, sink) {
+        if faults.strike(*now, (rig, director, None), sink) {
             see(watch, *now, &faults.seen());
             *touched = Touched::ALL;
         }
     }
 
     /// Records nodes that have gone bus-off or recovered through faults.
-    fn note_confinement(&mut self, sink: &mut dyn RecordSink) {
+    fn note_confinement(&mut self, sink: Sink<'_>) {
         let Self { faults: Some(faults), now, rig, watch, touched, .. } = self else { return };
         if faults.record_confinement(*now, rig, sink, |node| touched.node(node)) {
             see(watch, *now, &Seen::BusOff);
@@ -352,7 +332,7 @@ impl Simulation {
 
     /// Carries the outputs of all touched nodes until there are no more: devices under test and testers first, then the
     /// orders of the plan, then the emulated devices.
-    pub(super) fn transmit(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
+    pub(super) fn transmit(&mut self, sink: Sink<'_>, keep: Keep<'_>) {
         let mut rounds = 0;
         let anybody = Touched::PLAN | self.emulated | self.others;
         while self.touched.0 & anybody != 0 {
@@ -378,7 +358,7 @@ impl Simulation {
     }
 
     /// Delivers the plan's last messages, if it has a tester.
-    fn last_words(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
+    fn last_words(&mut self, sink: Sink<'_>, keep: Keep<'_>) {
         if !self.rig.nodes.iter().any(|node| matches!(node.part, Part::Tester(_))) {
             return;
         }

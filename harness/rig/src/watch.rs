@@ -1,11 +1,11 @@
 //! Shows a monitor of properties what happens on a rig.
 
 use super::bench::{Bench, Carrier};
+use crate::Sink;
 use crate::engine::Action;
 use emulators::base::BaseTruth;
 use judge::properties::{Monitor, Seen, TRUTH_PERIOD, Truth};
 use plan::Order;
-use record::sink::RecordSink;
 use record::{RecordKind, Violation};
 use wire::time::Timestamp;
 
@@ -30,7 +30,7 @@ impl Watch {
         self.monitor.broken()
     }
 
-    pub fn tell(&self, sink: &mut dyn RecordSink) {
+    pub fn tell(&self, sink: Sink<'_>) {
         for (name, violation) in self.broken() {
             sink.broken(name, violation);
         }

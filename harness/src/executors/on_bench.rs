@@ -6,10 +6,11 @@ use crate::campaign::{Case, CaseResult, Course, Executor};
 use crate::faults::{FaultKind, Target};
 use crate::plan::Property;
 use crate::properties::Unjudged;
-use crate::record::sink::{NullSink, RecordSink};
+use crate::record::sink::NullSink;
 use crate::run::Prepared;
 use crate::run_live::{LiveOrder, carry_out};
 use live::world::{LiveError, Setting};
+use rig::Sink;
 use rig::operator::{Answers, Operator, Person};
 use std::fmt;
 use std::path::PathBuf;
@@ -91,7 +92,7 @@ impl OnBench {
         self.site.bench.take_broken()
     }
 
-    fn run(&self, case: &Case, sink: &mut dyn RecordSink) -> (Span, CaseResult) {
+    fn run(&self, case: &Case, sink: Sink<'_>) -> (Span, CaseResult) {
         let not_run = || (Span::ZERO, CaseResult::given_up());
         let mut broken = self.site.bench.turn();
         if broken.is_some() || (self.site.stop)() {

@@ -6,8 +6,9 @@ use super::passes;
 use crate::campaign::{Case, CaseResult, Course, Executor, KEEPS_RUNNING, Violated};
 use crate::outcome::Outcome;
 use crate::properties::{Kind, PropertyVerdict};
-use crate::record::sink::{NullSink, RecordSink};
+use crate::record::sink::NullSink;
 use crate::run::{self, Prepared, Underway, simulate_watched};
+use rig::Sink;
 use rig::operator::Answers;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -59,7 +60,7 @@ impl Simulated {
     }
 
     /// The run of `case` from its beginning.
-    fn whole(&self, case: &Case, sink: &mut dyn RecordSink) -> run::Ended {
+    fn whole(&self, case: &Case, sink: Sink<'_>) -> run::Ended {
         let struck = struck(&self.prepared, case);
         simulate_watched(&struck, case.seed, &self.answers, sink, &mut |_| true)
     }

@@ -8,10 +8,10 @@ use crate::made::Made;
 use crate::models;
 use crate::outcome::{Outcome, PropertySummary, Summary};
 use crate::program::DEVICE_LOG;
+use crate::record::VERSION;
 use crate::record::figures;
 use crate::record::header::Header;
 use crate::record::sink::Level;
-use crate::record::{Progress, VERSION};
 #[cfg(feature = "report")]
 use crate::report;
 #[cfg(feature = "report")]
@@ -19,6 +19,7 @@ use crate::run_folder::JUNIT;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
 use plan::rig::UnderTest;
+use rig::Pulse;
 use rig::crossing::{MaybeCrossing, bus_of};
 use rig::operator::Answers;
 use std::path::Path;
@@ -59,7 +60,7 @@ pub struct Completed {
 pub fn run_to_folder(
     prepared: &Prepared,
     options: &Options<'_>,
-    pulse: &mut dyn FnMut(Progress) -> bool,
+    pulse: Pulse<'_>,
     wall_s: &dyn Fn() -> f64,
 ) -> Result<Completed, RunFolderError> {
     run_to_folder_watched(None, prepared, options, None, pulse, wall_s)
@@ -76,7 +77,7 @@ pub fn run_to_folder_watched(
     prepared: &Prepared,
     options: &Options<'_>,
     feed: Option<&Feed>,
-    pulse: &mut dyn FnMut(Progress) -> bool,
+    pulse: Pulse<'_>,
     wall_s: &dyn Fn() -> f64,
 ) -> Result<Completed, RunFolderError> {
     let began_s = wall_s();

@@ -11,9 +11,9 @@ use crate::process::{
 };
 use plan::Name;
 use record::outcome::CommandSummary;
-use record::sink::RecordSink;
 use record::{Device, Progress};
 use rig::director::Director;
+use rig::{Pulse, Sink};
 use rustix::process::Signal;
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;
@@ -207,13 +207,7 @@ impl Commands {
     }
 }
 
-fn tell(
-    director: &mut Director,
-    sink: &mut dyn RecordSink,
-    now: Timestamp,
-    ended: &Ended,
-    took_s: f64,
-) {
+fn tell(director: &mut Director, sink: Sink<'_>, now: Timestamp, ended: &Ended, took_s: f64) {
     let Ended { name, how, .. } = ended;
     CommandSummary::ran(&mut director.commands, name, took_s, how);
     note(sink, now, Device::Plan, format!("`{name}`: {how}, after {took_s:.3} s"));
@@ -224,8 +218,8 @@ impl LiveWorld {
     pub(super) async fn set_up(
         &mut self,
         commands: &mut Commands,
-        sink: &mut dyn RecordSink,
-        pulse: &mut dyn FnMut(Progress) -> bool,
+        sink: Sink<'_>,
+        pulse: Pulse<'_>,
     ) -> Result<(), LiveError> {
         let now = Timestamp::ZERO;
         let (steps_done, steps) = self.director.engine.progress();
@@ -249,7 +243,7 @@ impl LiveWorld {
     pub(super) async fn tear_down(
         &mut self,
         commands: &mut Commands,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         now: Timestamp,
     ) -> Result<(), String> {
         let mut told = |ended: &Ended, took_s| tell(&mut self.director, sink, now, ended, took_s);
@@ -261,12 +255,7 @@ impl LiveWorld {
     }
 
     /// Takes what came of a command that the plan asked for.
-    pub(super) fn hear_command(
-        &mut self,
-        now: Timestamp,
-        sink: &mut dyn RecordSink,
-        ended: &Ended,
-    ) {
+    pub(super) fn hear_command(&mut self, now: Timestamp, sink: Sink<'_>, ended: &Ended) {
         tell(&mut self.director, sink, now, ended, ended.took_s(now));
         self.journal.work = Work::Done(now);
         match &ended.why {

@@ -9,7 +9,7 @@ use controller::{Output, Port};
 use judge::properties::{Limits, Monitor, Property, PropertyVerdict, Seen, Sight, Unjudged, View};
 use plan::Speaker;
 use record::Device;
-use record::sink::RecordSink;
+use rig::Sink;
 use rig::bench::Bench;
 use rig::engine::Action;
 use rig::watch::Watch;
@@ -61,7 +61,7 @@ impl Eyes {
         (verdicts.unwrap_or_default(), self.unjudged)
     }
 
-    pub(super) fn tell(&self, sink: &mut dyn RecordSink) {
+    pub(super) fn tell(&self, sink: Sink<'_>) {
         if let Some(watch) = &self.watch {
             watch.tell(sink);
         }

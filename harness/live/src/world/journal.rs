@@ -2,8 +2,8 @@
 
 use super::role_port::{Link, PortEvent, RolePort};
 use record::outcome::{Outcome, PortSide, PortSummary};
-use record::sink::RecordSink;
 use record::{BUS_CLOSED, BUS_OPENED, Device, Record, RecordKind};
+use rig::Sink;
 use rig::engine::Ending;
 use rig::talk::Notes;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use wire::time::{Span, Timestamp};
 const AFTERMATH: Span = Span::from_secs(10);
 
 /// Records a problem that does not end the run.
-pub(super) fn note(sink: &mut dyn RecordSink, at: Timestamp, device: Device, what: String) {
+pub(super) fn note(sink: Sink<'_>, at: Timestamp, device: Device, what: String) {
     sink.record(Record { at, device, kind: RecordKind::Note(what) });
 }
 

@@ -7,8 +7,8 @@ use super::journal::note;
 use super::losses::Losses;
 use super::programs::Programs;
 use judge::properties::Seen;
-use record::sink::RecordSink;
 use record::{Device, FaultSummary};
+use rig::Sink;
 use rig::node::Part;
 use wire::time::Timestamp;
 
@@ -23,7 +23,7 @@ impl LiveWorld {
     pub(super) fn strike(
         &mut self,
         now: Timestamp,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         device: &mut Running,
         clock: &Clock,
     ) {
@@ -39,7 +39,7 @@ impl LiveWorld {
             },
         );
         let machine = device.machine();
-        if faults.strike(now, &mut self.rig, &mut self.director, machine, sink) {
+        if faults.strike(now, (&mut self.rig, &mut self.director, machine), sink) {
             device.struck(clock, now);
             let seen = faults.seen();
             self.see(now, &seen);
@@ -58,7 +58,7 @@ impl LiveWorld {
     }
 
     /// Records changed error states of the bus nodes.
-    pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: &mut dyn RecordSink) {
+    pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: Sink<'_>) {
         let Some(faults) = &self.faults else { return };
         if faults.record_confinement(now, &mut self.rig, sink, |_| {}) {
             self.see(now, &Seen::BusOff);
@@ -66,12 +66,7 @@ impl LiveWorld {
     }
 
     /// Records the counts that no measurement covers, and returns them.
-    pub(super) fn end_notes(
-        &self,
-        now: Timestamp,
-        sink: &mut dyn RecordSink,
-        losses: &Losses,
-    ) -> Vec<String> {
+    pub(super) fn end_notes(&self, now: Timestamp, sink: Sink<'_>, losses: &Losses) -> Vec<String> {
         let mut notes = self.rig.remarks();
         notes.extend_from_slice(&losses.notes);
         for text in &notes {
@@ -84,12 +79,12 @@ impl LiveWorld {
     pub(super) fn end_faults(
         &mut self,
         now: Timestamp,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         device: &mut Running,
     ) -> (Vec<FaultSummary>, u64) {
         let dropped = self.rig.dropped() + device.in_process().map_or(0, |here| here.dropped());
         let Some(faults) = &mut self.faults else { return (Vec::new(), dropped) };
         let machine = device.machine();
-        (faults.finish(now, &mut self.rig, &mut self.director, machine, sink), dropped)
+        (faults.finish(now, (&mut self.rig, &mut self.director, machine), sink), dropped)
     }
 }

@@ -6,7 +6,7 @@ use super::heard::Heard;
 use super::journal::note;
 use record::Device;
 use record::outcome::PortSide;
-use record::sink::RecordSink;
+use rig::Sink;
 use rig::talk::Talk;
 use wire::time::Timestamp;
 
@@ -14,7 +14,7 @@ impl LiveWorld {
     pub(super) fn hear_device(
         &mut self,
         now: Timestamp,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         device: &Running,
         heard: Heard,
     ) {

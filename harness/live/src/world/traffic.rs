@@ -12,9 +12,9 @@ use judge::properties::Seen;
 use plan::Order;
 use ports::PortSpec;
 use record::Device;
-use record::sink::RecordSink;
 use rig::engine::Action;
 use rig::line::EndId;
+use rig::{Keep, Sink};
 use wire::base::Message;
 use wire::can::CanFrame;
 use wire::device::Transmit;
@@ -24,7 +24,7 @@ use wire::time::Timestamp;
 const ROBOT_ENDS: usize = 2;
 
 /// Records traffic of a line, in a full record.
-fn record(sink: &mut dyn RecordSink, now: Timestamp, by: Device, what: &Transmit) {
+fn record(sink: Sink<'_>, now: Timestamp, by: Device, what: &Transmit) {
     match what {
         Transmit::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
         Transmit::Frame(frame) => sink.frame(now, by, *frame),
@@ -34,12 +34,7 @@ fn record(sink: &mut dyn RecordSink, now: Timestamp, by: Device, what: &Transmit
 impl LiveWorld {
     /// Takes what crossed the ports of an in-process controller: for the record, if the harness does not see it
     /// elsewhere, and for the monitor.
-    pub(super) fn overhear(
-        &mut self,
-        now: Timestamp,
-        sink: &mut dyn RecordSink,
-        device: &mut Running,
-    ) {
+    pub(super) fn overhear(&mut self, now: Timestamp, sink: Sink<'_>, device: &mut Running) {
         while let Some(crossing) = device.crossing() {
             if self.setting.is_unheard(crossing.role) {
                 record(sink, now, crossing.by, &crossing.crossed);
@@ -56,7 +51,7 @@ impl LiveWorld {
     pub(super) fn hear(
         &mut self,
         now: Timestamp,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         ports: &Ports,
         place: usize,
         event: PortEvent,
@@ -100,7 +95,7 @@ impl LiveWorld {
     fn hear_base(
         &mut self,
         now: Timestamp,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         port: &str,
         plan: &PortPlan,
         frame: CanFrame,
@@ -137,7 +132,7 @@ impl LiveWorld {
     }
 
     /// Two nodes send frames with one identifier: an error on a real bus, and here two bases.
-    fn clash(&mut self, now: Timestamp, sink: &mut dyn RecordSink, port: &str, frame: &CanFrame) {
+    fn clash(&mut self, now: Timestamp, sink: Sink<'_>, port: &str, frame: &CanFrame) {
         self.clashes += 1;
         let id = match frame.id() {
             wire::can::Id::Standard(id) => u32::from(id.as_raw()),
@@ -154,7 +149,7 @@ impl LiveWorld {
         }
     }
 
-    pub(super) fn deliver(&mut self, now: Timestamp, sink: &mut dyn RecordSink, ports: &mut Ports) {
+    pub(super) fn deliver(&mut self, now: Timestamp, sink: Sink<'_>, ports: &mut Ports) {
         // The gyro's outputs first, each at its own instant: later actions of the base must not affect them.
         for place in 0..self.rig.nodes.len() {
             self.rig.wake_gyro(now, place);
@@ -172,7 +167,7 @@ impl LiveWorld {
     fn delivered(
         &mut self,
         now: Timestamp,
-        sink: &mut dyn RecordSink,
+        sink: Sink<'_>,
         ports: &mut Ports,
         (line, from): (usize, EndId),
         what: &Transmit,
@@ -224,8 +219,8 @@ impl LiveWorld {
     pub(super) fn transmit(
         &mut self,
         now: Timestamp,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
+        sink: Sink<'_>,
+        keep: Keep<'_>,
         (device, commands): (&mut Running, &mut Commands),
         clock: &Clock,
     ) {

@@ -6,13 +6,12 @@
 
 use super::Simulation;
 use crate::Rig;
-use crate::engine::Action;
 use crate::faults::Faults;
-use crate::ledger::Ledger;
+use crate::injector::Injector;
 use crate::node::Node;
+use crate::{Keep, Sink};
 use plan::faults::Schedule;
 use record::Violation;
-use record::sink::RecordSink;
 use wire::time::Timestamp;
 
 impl Rig {
@@ -31,11 +30,7 @@ impl Simulation {
     /// Carries the run of a plan without faults through its first instant. Faults may be added later: the run keeps the
     /// phases that they could wait for.
     #[must_use]
-    pub fn before_faults(
-        mut self,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-    ) -> Self {
+    pub fn before_faults(mut self, sink: Sink<'_>, keep: Keep<'_>) -> Self {
         self.phases = Some(Vec::new());
         self.director.engine.watch_phases();
         self.begin(sink, keep);
@@ -43,12 +38,7 @@ impl Simulation {
     }
 
     /// Handles all events before `until`. False once the run has ended.
-    pub fn run_before(
-        &mut self,
-        until: Timestamp,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
-    ) -> bool {
+    pub fn run_before(&mut self, until: Timestamp, sink: Sink<'_>, keep: Keep<'_>) -> bool {
         loop {
             if self.director.engine.ending().is_some() {
                 return false;
@@ -74,9 +64,9 @@ impl Simulation {
 
     /// When the first fault of `schedule` begins, as far as the phases up to now tell.
     pub fn first_fault(&self, schedule: &Schedule, seed: u64) -> Timestamp {
-        let Some(mut ledger) = Ledger::of(schedule, seed) else { return Timestamp::MAX };
-        self.phases.iter().flatten().for_each(|(at, event)| ledger.injector.phase(*at, event));
-        ledger.injector.next_due()
+        let mut injector = Injector::new(schedule, seed, Timestamp::ZERO);
+        self.phases.iter().flatten().for_each(|(at, event)| injector.phase(*at, event));
+        injector.next_due()
     }
 
     /// The same run with these faults; all of them begin later than now.

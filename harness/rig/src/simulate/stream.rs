@@ -6,16 +6,15 @@
 
 use super::{EVENTS_PER_PULSE, Simulation};
 use crate::Rig;
-use crate::engine::Action;
 use crate::hosted::Hosted;
 use crate::line::{EndId, Line};
 use crate::node::{Node, Part, Route};
 use crate::robot::GYRO;
 use crate::touched::Touched;
 use crate::watch::see;
+use crate::{Keep, Sink};
 use judge::properties::Seen;
 use record::Device;
-use record::sink::RecordSink;
 use wire::device::{PortId, Transmit};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
@@ -57,8 +56,8 @@ impl Simulation {
         &mut self,
         Stream { robot, line, end, controller, port, bytes, takes }: Stream,
         before: Timestamp,
-        sink: &mut dyn RecordSink,
-        keep: &mut dyn FnMut(&Action),
+        sink: Sink<'_>,
+        keep: Keep<'_>,
     ) -> Option<Timestamp> {
         if self.touched != Touched::default() || self.rig.lines.iter().any(Line::has_state_change) {
             return Some(self.next_event());
