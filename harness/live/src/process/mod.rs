@@ -181,55 +181,13 @@ pub struct DeviceProcess {
 
 impl DeviceProcess {
     /// Starts the first of `words` as a program with the other words as arguments, and passes it the ports of `lines`.
-    /// It takes missions on its stdin and reports on its stdout; its stderr goes into `log_file`, which is replaced.
-    /// Needs a tokio runtime with IO enabled.
-    ///
-    /// # Errors
-    /// When the file cannot be created, or when the program cannot be started.
-    pub fn spawn(words: &[String], lines: &Places, log_file: &Path) -> Result<Self, SpawnError> {
-        Self::start(words, lines, (new_log(log_file)?, LOG_BYTES_MAX), true)
-    }
-
-    /// Like [`spawn`](Self::spawn), for a program that takes no missions: its stdin is empty, and its stdout is also
-    /// kept in the file.
-    ///
-    /// # Errors
-    /// When the file cannot be created, or when the program cannot be started.
-    pub fn spawn_plain(
-        words: &[String],
-        lines: &Places,
-        log_file: &Path,
-    ) -> Result<Self, SpawnError> {
-        Self::spawn_into(words, lines, (new_log(log_file)?, LOG_BYTES_MAX))
-    }
-
-    /// The same, behind what the file holds already.
-    ///
-    /// # Errors
-    /// When the file cannot be opened, or when the program cannot be started.
-    pub fn spawn_again(
-        words: &[String],
-        lines: &Places,
-        log_file: &Path,
-    ) -> Result<Self, SpawnError> {
-        let log = File::options().append(true).create(true).open(log_file);
-        let log = log.map_err(|source| SpawnError::Log { path: log_file.to_owned(), source })?;
-        Self::spawn_into(words, lines, (log, LOG_BYTES_MAX))
-    }
-
-    /// The same, into an open file that takes so many bytes more.
+    /// One that `talks` takes missions on its stdin and reports on its stdout; the stdin of another is empty, and its
+    /// stdout is kept with its stderr. The stderr goes into the file, which takes so many bytes more. Needs a tokio
+    /// runtime with IO enabled.
     ///
     /// # Errors
     /// When the program cannot be started.
-    pub fn spawn_into(
-        words: &[String],
-        lines: &Places,
-        log: (File, usize),
-    ) -> Result<Self, SpawnError> {
-        Self::start(words, lines, log, false)
-    }
-
-    fn start(
+    pub fn spawn(
         words: &[String],
         lines: &Places,
         log: (File, usize),
@@ -371,9 +329,14 @@ impl DeviceProcess {
     }
 }
 
-/// A file for what a program writes, in the place of one from before.
-fn new_log(path: &Path) -> Result<File, SpawnError> {
-    File::create(path).map_err(|source| SpawnError::Log { path: path.to_owned(), source })
+/// A file for what a program writes, behind what it holds already if it is `kept`.
+///
+/// # Errors
+/// When the file cannot be created.
+pub fn log_file(path: &Path, kept: bool) -> Result<(File, usize), SpawnError> {
+    let file = File::options().write(true).create(true).append(kept).truncate(!kept).open(path);
+    let file = file.map_err(|source| SpawnError::Log { path: path.to_owned(), source })?;
+    Ok((file, LOG_BYTES_MAX))
 }
 
 impl Drop for DeviceProcess {

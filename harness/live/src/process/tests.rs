@@ -1,10 +1,12 @@
 //! Shell scripts stand in for devices under test, well-behaved and otherwise.
 
 use super::super::lines::Places;
-use super::{DeviceProcess, EndedBy, LOG_BYTES_MAX, ProcessEvent, ReportedLine, SpawnError};
+use super::{
+    DeviceProcess, EndedBy, LOG_BYTES_MAX, ProcessEvent, ReportedLine, SpawnError, log_file,
+};
 use controller::mission::{Command, Mission};
 use std::future::Future;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -15,6 +17,10 @@ const REPORT: &str = r#"{"at_ns":5,"report":{"refused":{"id":1,"reason":"busy"}}
 fn run<T>(test: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async { tokio::time::timeout(LIMIT, test).await.expect("the test ends") })
+}
+
+fn spawn(words: &[String], log: &Path) -> Result<DeviceProcess, SpawnError> {
+    DeviceProcess::spawn(words, &Places::new(), log_file(log, false)?, true)
 }
 
 fn words(script: &str) -> Vec<String> {
@@ -34,7 +40,7 @@ impl Bench {
     }
 
     fn start(&self, script: &str) -> DeviceProcess {
-        DeviceProcess::spawn(&words(script), &Places::new(), &self.log).unwrap()
+        spawn(&words(script), &self.log).unwrap()
     }
 }
 
@@ -181,13 +187,12 @@ fn a_program_that_is_not_there_is_named() {
     run(async {
         let bench = Bench::new();
         let words = ["/no/such/program".to_owned()];
-        let error = DeviceProcess::spawn(&words, &Places::new(), &bench.log).unwrap_err();
+        let error = spawn(&words, &bench.log).unwrap_err();
         assert!(error.to_string().contains("/no/such/program"), "{error}");
         assert!(matches!(error, SpawnError::Program { advice, .. } if advice.contains("PATH")));
-        let error = DeviceProcess::spawn(&[], &Places::new(), &bench.log).unwrap_err();
+        let error = spawn(&[], &bench.log).unwrap_err();
         assert!(matches!(error, SpawnError::Program { .. }));
-        let error =
-            DeviceProcess::spawn(&words, &Places::new(), "/no/folder/x".as_ref()).unwrap_err();
+        let error = spawn(&words, "/no/folder/x".as_ref()).unwrap_err();
         assert!(matches!(error, SpawnError::Log { .. }));
     });
 }

@@ -113,7 +113,7 @@ impl Commands {
             let words = command.run.join(" ").replace(char::is_control, "?");
             writeln!(file, "# {when}: {words}").map_err(unwritten)?;
         }
-        let process = DeviceProcess::spawn_into(&command.run, &self.places, (file, room));
+        let process = DeviceProcess::spawn(&command.run, &self.places, (file, room), false);
         let process = process.map_err(|error| match error {
             SpawnError::Program { program, source, .. } => {
                 format!("failed to start {program:?} for the bench command `{name}`: {source}")

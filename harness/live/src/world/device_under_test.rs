@@ -8,7 +8,7 @@ use super::in_process::{Crossing, InProcess};
 use super::ports::{BASE, GYRO, Wiring};
 use crate::attached::{AttachError, AttachedDevice, AttachedEvent};
 use crate::command::fill;
-use crate::process::{DeviceProcess, ProcessEvent, ReportedLine, Unread};
+use crate::process::{DeviceProcess, ProcessEvent, ReportedLine, Unread, log_file};
 use controller::config::Config;
 use controller::mission::Mission;
 use plan::bench_file::AttachPlace;
@@ -97,7 +97,8 @@ impl Running {
             DeviceUnderTest::Attached(place) => return Ok(Self::attach(place, wiring)?),
             DeviceUnderTest::Device(_) | DeviceUnderTest::Nodes => return Ok(Self::Device),
         };
-        let process = DeviceProcess::spawn(&fill(&words, &wiring.words)?, &wiring.places, log)?;
+        let words = fill(&words, &wiring.words)?;
+        let process = DeviceProcess::spawn(&words, &wiring.places, log_file(log, false)?, true)?;
         Ok(Self::Process { process: Box::new(process), ended: false })
     }
 

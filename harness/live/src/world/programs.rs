@@ -6,7 +6,7 @@ use super::heard::Heard;
 use super::ports::Wiring;
 use crate::command::fill;
 use crate::lines::Places;
-use crate::process::{DeviceProcess, ProcessEvent};
+use crate::process::{DeviceProcess, ProcessEvent, log_file};
 use std::fmt;
 use std::future::Future as _;
 use std::path::{Path, PathBuf};
@@ -68,7 +68,8 @@ impl Programs {
                 false => log.with_extension(format!("{node}.log")),
             };
             let words = fill(words, &wiring.words)?;
-            let process = Some(DeviceProcess::spawn_plain(&words, &wiring.places, &log)?);
+            let process =
+                Some(DeviceProcess::spawn(&words, &wiring.places, log_file(&log, false)?, false)?);
             all.push(Started { node: node.clone(), words, log, process, ended: false });
         }
         Ok(Self { all, places: wiring.places.clone() })
@@ -80,7 +81,8 @@ impl Programs {
         // Dropping it kills it, and all that it has started.
         one.process = None;
         if on {
-            one.process = Some(DeviceProcess::spawn_again(&one.words, &self.places, &one.log)?);
+            let log = log_file(&one.log, true)?;
+            one.process = Some(DeviceProcess::spawn(&one.words, &self.places, log, false)?);
             one.ended = false;
         }
         Ok(())
