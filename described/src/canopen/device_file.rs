@@ -33,8 +33,7 @@ pub(crate) fn layout(
         ));
     }
     let eds = files.text(name).map_err(|error| {
-        let message = format!("failed to read `{name}`: {error}");
-        located(Mistake::new(place.key("eds"), message))
+        located(Mistake::new(place.key("eds"), format!("failed to read `{name}`: {error}")))
     })?;
     let node_id = match said.node_id {
         Some(id) => id,

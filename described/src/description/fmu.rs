@@ -51,8 +51,7 @@ pub(super) fn load(said: &mut File, files: &mut dyn Files) -> Result<Option<Load
     for (name, variable) in &table.outputs {
         let at = place().key("outputs").key(name);
         if let Some(section) = said.section_of(name) {
-            let message = format!("there is a {section} `{name}` already");
-            return Err(Mistake::new(at.name(), message));
+            return Err(Mistake::new(at.name(), format!("there is a {section} `{name}` already")));
         }
         super::parameters::name(name, "state", &at)?;
         let found = find(&*unit, variable, &[FmuRole::Output, FmuRole::Local], &at)?;

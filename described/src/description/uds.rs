@@ -75,19 +75,9 @@ pub(super) fn diagnosis(
             .delay(&table.flow_control_delay_s, &place.key("flow_control_delay_s"))?,
         separation: reader.delay(&table.separation_s, &place.key("separation_s"))?,
         services: reader.services(table, &place.key("service"))?,
-        dids: reader.each(&table.did, u16::MAX.into(), &place.key("did"), Reader::did)?,
-        security: reader.each(
-            &table.security,
-            u8::MAX.into(),
-            &place.key("security"),
-            Reader::security,
-        )?,
-        routines: reader.each(
-            &table.routine,
-            u16::MAX.into(),
-            &place.key("routine"),
-            Reader::routine,
-        )?,
+        dids: reader.each(&table.did, &place.key("did"), Reader::did)?,
+        security: reader.each(&table.security, &place.key("security"), Reader::security)?,
+        routines: reader.each(&table.routine, &place.key("routine"), Reader::routine)?,
         dtcs: reader.dtcs(table, &place.key("dtc"))?,
         sessions: reader.sessions.values().copied().collect(),
     })
@@ -158,7 +148,6 @@ impl Reader<'_> {
     fn each<T, K: TryFrom<u32> + Ord, V>(
         &self,
         tables: &BTreeMap<String, T>,
-        most: u32,
         place: &Place,
         read: impl Fn(&Self, &T, &Place) -> Result<V, Mistake>,
     ) -> Result<BTreeMap<K, V>, Mistake> {
@@ -167,8 +156,8 @@ impl Reader<'_> {
             let place = place.key(key);
             let number = number(key, &place)?;
             let Ok(id) = K::try_from(number) else {
-                let text = format!("`{key}` is above {most:#x}");
-                return Err(Mistake::new(place.name(), text));
+                let most = (1_u32 << (8 * size_of::<K>())) - 1;
+                return Err(Mistake::new(place.name(), format!("`{key}` is above {most:#x}")));
             };
             if all.insert(id, read(self, table, &place)?).is_some() {
                 let text = format!("{number:#06x} is in the file twice");
@@ -375,8 +364,10 @@ impl Reader<'_> {
             let place = place.key(key);
             let code = code(key, &place)?;
             if dtcs.iter().any(|known| known.code == code) {
-                let text = format!("{code:#08x} is in the file twice");
-                return Err(Mistake::new(place.name(), text));
+                return Err(Mistake::new(
+                    place.name(),
+                    format!("{code:#08x} is in the file twice"),
+                ));
             }
             let DtcTable { failed, debounce_s, warning, .. } = table;
             dtcs.push(Dtc {

@@ -235,8 +235,7 @@ fn text_checksum(table: &MessageTable, place: &Place) -> Result<Option<TextCheck
     let checksum = Checksum::at(name, &place.key("checksum"))?;
     let byte = |end: char| {
         let refused = || {
-            let text = format!("`{end}` is no ASCII character");
-            Mistake::new(place.key("checksum_between"), text)
+            Mistake::new(place.key("checksum_between"), format!("`{end}` is no ASCII character"))
         };
         u8::try_from(end).ok().filter(u8::is_ascii).ok_or_else(refused)
     };

@@ -60,6 +60,5 @@ pub(super) fn find(reactions: &[Reaction], name: &str, at: &Place) -> Result<(),
     if known.contains(&name) {
         return Ok(());
     }
-    let message = format!("no [[reaction]] `{name}` in this plan");
-    Err(at.mistake(message).help(proposal(name, &known)))
+    Err(at.mistake(format!("no [[reaction]] `{name}` in this plan")).help(proposal(name, &known)))
 }

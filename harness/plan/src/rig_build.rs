@@ -90,8 +90,7 @@ impl<E: Cause> Builder<'_, E> {
     /// The file of that name beside the rig file, named at the `number`-th table.
     fn beside(&self, name: &str, at: (&str, usize, &str)) -> Result<Source, LibraryError> {
         self.library.open_beside(self.source, name).map_err(|error| {
-            let help = error.help().map(|help| help.to_string());
-            self.mistake(at, error.to_string(), help)
+            self.mistake(at, error.to_string(), error.help().map(|help| help.to_string()))
         })
     }
 

@@ -82,8 +82,7 @@ impl<'a> Subject<'a> {
         at: &Place,
     ) -> Checked {
         if self.is_robot() {
-            let message = "`finally` is for a device of your own".to_owned();
-            return Err(at.mistake(message));
+            return Err(at.mistake("`finally` is for a device of your own"));
         }
         self.message(sent, &at.key("message"))?;
         let known = self.sent().into_iter().find(|message| message.name == sent);
@@ -144,8 +143,7 @@ impl<'a> Subject<'a> {
         if self.is_robot() && of_message.is_some() {
             let help =
                 "`device = \"...\"` instead of `devices` makes a plan of a device of your own";
-            let message = format!("`{quantity}` is of a device of your own");
-            return Err(at.mistake(message).help(help));
+            return Err(at.mistake(format!("`{quantity}` is of a device of your own")).help(help));
         }
         if !self.has_robot && of_message.is_none() && !is_common {
             let help = match self.is_short {
@@ -227,8 +225,7 @@ impl<'a> Subject<'a> {
             None if self.has_robot => Ok(()),
             None => {
                 let expected = if self.is_short { "signal.<signal>" } else { "<node>.<signal>" };
-                let message = format!("`{quantity}` cannot be waited for, expected `{expected}`");
-                Err(at.mistake(message))
+                Err(at.mistake(format!("`{quantity}` cannot be waited for, expected `{expected}`")))
             }
         }
     }
@@ -332,8 +329,7 @@ impl<'a> Subject<'a> {
             let help = "`do` runs a command of the bench, and `operator_prompt` asks a person";
             return Err(at.key(key).mistake(message).help(help));
         }
-        let message = format!("no `{role}` on this bench");
-        Err(at.key(key).mistake(message).help(proposal(role, &known)))
+        Err(at.key(key).mistake(format!("no `{role}` on this bench")).help(proposal(role, &known)))
     }
 }
 

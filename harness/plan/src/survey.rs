@@ -67,8 +67,7 @@ impl<'a> Survey<'a> {
         }
         let answer = quantity.operator_answer().unwrap_or_default();
         self.answers.get(answer).map(|unit| Some((*unit).to_owned())).ok_or_else(|| {
-            let message = format!("no operator_prompt in this plan asks for `{answer}`");
-            at.mistake(message)
+            at.mistake(format!("no operator_prompt in this plan asks for `{answer}`"))
         })
     }
 
@@ -83,8 +82,7 @@ impl<'a> Survey<'a> {
         let known = self.reads.entry((step, name.as_str())).or_insert_with(|| unit.clone());
         match (known, unit) {
             (Some(known), Some(unit)) if *known != unit => {
-                let message = format!("`{name}` is in {known} in another step");
-                Err(at.key("read").mistake(message))
+                Err(at.key("read").mistake(format!("`{name}` is in {known} in another step")))
             }
             _ => Ok(()),
         }
@@ -121,7 +119,6 @@ impl<'a> Survey<'a> {
             let message = format!("no step or label `{phase}` in this plan");
             return Err(at.mistake(message).help(proposal(phase, &self.phases())));
         }
-        let message = format!("`{quantity}` carries no tag `{tag}`");
-        Err(at.mistake(message).help(proposal(tag, &known)))
+        Err(at.mistake(format!("`{quantity}` carries no tag `{tag}`")).help(proposal(tag, &known)))
     }
 }

@@ -305,14 +305,11 @@ impl Simulation {
         let now = *now;
         let engine = &mut director.engine;
         let mut was_told = false;
-        rig.wake_emulated(
-            now,
-            |place| touched.node(place),
-            |woken| {
-                engine.woken(now, woken);
-                was_told = true;
-            },
-        );
+        let told = |woken| {
+            engine.woken(now, woken);
+            was_told = true;
+        };
+        rig.wake_emulated(now, |place| touched.node(place), told);
         // What the plan was told may have ended its wait: its next wake-up is another one.
         if was_told {
             touched.0 |= Touched::PLAN;

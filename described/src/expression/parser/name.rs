@@ -44,8 +44,7 @@ impl Parser<'_> {
                 Err(self.error(at, &format!("`{name}` is a table"), help))
             }
             Meaning::Slot(_) | Meaning::Number(_) if has_index => {
-                let message = format!("`{name}` is one value, and no array");
-                Err(self.error(at, &message, None))
+                Err(self.error(at, &format!("`{name}` is one value, and no array"), None))
             }
             Meaning::Slot(slot) => self.emit(Operation::Variable(slot)),
             Meaning::Number(number) => self.emit(Operation::Constant(number)),

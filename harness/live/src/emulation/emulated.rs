@@ -120,15 +120,12 @@ impl Emulated {
             while self.rig.lines[line].state_change().is_some() {}
         }
         let failure = &mut self.failure;
-        self.rig.wake_emulated(
-            at,
-            |_| {},
-            |woken| {
-                if let Woken::Failed(why) = woken {
-                    failure.get_or_insert(why);
-                }
-            },
-        );
+        let told = |woken| {
+            if let Woken::Failed(why) = woken {
+                failure.get_or_insert(why);
+            }
+        };
+        self.rig.wake_emulated(at, |_| {}, told);
         self.say(at);
     }
 

@@ -31,13 +31,8 @@ impl LiveWorld {
             return;
         };
         // Earlier events happen first.
-        self.rig.wake_emulated(
-            now,
-            |_| {},
-            |woken| {
-                self.director.engine.woken(now, woken);
-            },
-        );
+        let engine = &mut self.director.engine;
+        self.rig.wake_emulated(now, |_| {}, |woken| engine.woken(now, woken));
         let machine = device.machine();
         if faults.strike(now, (&mut self.rig, &mut self.director, machine), sink) {
             device.struck(clock, now);

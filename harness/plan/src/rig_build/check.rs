@@ -134,8 +134,7 @@ impl<E: Cause> Builder<'_, E> {
     pub(super) fn check_name(&self, file: &RigFile, number: usize) -> Result<(), LibraryError> {
         let name = file.nodes[number].name.as_str();
         let refuse = |message: String, help: Option<&str>| {
-            let help = help.map(str::to_owned);
-            Err(self.mistake(("node", number, "name"), message, help))
+            Err(self.mistake(("node", number, "name"), message, help.map(str::to_owned)))
         };
         if file.nodes[..number].iter().any(|known| known.name.as_str() == name) {
             return refuse(format!("two nodes are called `{name}`"), None);

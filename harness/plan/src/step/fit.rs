@@ -129,8 +129,7 @@ impl StepKind for Fit {
         let of = format!("{} of {}", self.model.name(), self.quantity);
         let fit = (of, self.becomes().is_some());
         if survey.fits.insert(self.name.as_str(), fit).is_some() {
-            let message = format!("fit name `{}` is used twice", self.name);
-            return Err(at.key("name").mistake(message));
+            return Err(at.key("name").mistake(format!("fit name `{}` is used twice", self.name)));
         }
         Ok(())
     }

@@ -101,8 +101,9 @@ impl StepKind for Identify {
             return Err(at.key("over").mistake(message).help(help));
         }
         if survey.models.contains(&self.name.as_str()) {
-            let message = format!("model name `{}` is used twice", self.name);
-            return Err(at.key("name").mistake(message));
+            return Err(at
+                .key("name")
+                .mistake(format!("model name `{}` is used twice", self.name)));
         }
         survey.models.push(self.name.as_str());
         Ok(())
@@ -155,9 +156,6 @@ fn signal_unit(
     survey.subject.quantity(quantity, at)?;
     match quantity.of_message() {
         Some(of @ OfMessage::Signal { .. }) => survey.subject.unit(of, at),
-        _ => {
-            let message = format!("`{quantity}` is no signal of a node");
-            Err(at.mistake(message))
-        }
+        _ => Err(at.mistake(format!("`{quantity}` is no signal of a node"))),
     }
 }

@@ -31,8 +31,7 @@ impl Needs {
             Self::Tester if subject.is_robot() => {
                 let help = "`device = \"...\"` instead of `devices` makes a plan of a device of your own, \
                             `rig = \"...\"` one of several";
-                let message = format!("`{name}` is for a device of your own");
-                Err(at.mistake(message).help(help))
+                Err(at.mistake(format!("`{name}` is for a device of your own")).help(help))
             }
             Self::Robot if !subject.has_robot => {
                 let words = Action::words();

@@ -39,12 +39,10 @@ impl StepKind for SaveCalibration {
             let Some((of, has_place)) = survey.fits.get(name.as_str()) else {
                 let known: Vec<_> = survey.fits.keys().copied().collect();
                 let help = proposal(name.as_str(), &known);
-                let message = format!("no fit `{name}` before this step");
-                return Err(here.mistake(message).help(help));
+                return Err(here.mistake(format!("no fit `{name}` before this step")).help(help));
             };
             if !has_place {
-                let message = format!("a calibration has no place for a {of}");
-                return Err(here.mistake(message));
+                return Err(here.mistake(format!("a calibration has no place for a {of}")));
             }
         }
         Ok(())

@@ -62,8 +62,7 @@ impl Sdo {
     /// Checks that the plan can read or write this object; returns its unit if the rig is loaded.
     fn unit_on(&self, subject: &Subject<'_>, at: &Place) -> Result<Option<String>, Mistake> {
         if self.write.is_some() && self.read.is_some() {
-            let message = "`read` beside `write`".to_owned();
-            return Err(at.key("read").mistake(message));
+            return Err(at.key("read").mistake("`read` beside `write`"));
         }
         let Some(rig) = subject.rig else { return Ok(None) };
         let devices: Vec<_> = canopen_devices(&rig.speakers).collect();
@@ -87,8 +86,7 @@ impl Sdo {
             }
         };
         if let Some(value) = self.write.filter(|value| entry.bytes(*value).is_none()) {
-            let message = format!("`{}` cannot be {value}", entry.name());
-            return Err(at.key("write").mistake(message));
+            return Err(at.key("write").mistake(format!("`{}` cannot be {value}", entry.name())));
         }
         if let Some((value, sent)) =
             self.write.and_then(|value| Some((value, entry.sent_instead_of(value)?)))
@@ -97,8 +95,7 @@ impl Sdo {
             return Err(at.key("write").mistake(message));
         }
         if self.read.is_some() && entry.length().is_none() {
-            let message = format!("`{}` is not a number", entry.name());
-            return Err(at.key("read").mistake(message));
+            return Err(at.key("read").mistake(format!("`{}` is not a number", entry.name())));
         }
         Ok(self.unit(&rig.speakers))
     }

@@ -274,8 +274,7 @@ impl StepKind for Uds {
         }
         if let Some(read) = &self.read {
             if read.number().is_none() {
-                let message = "a scale is finite and not zero".to_owned();
-                return Err(at.key("read").mistake(message));
+                return Err(at.key("read").mistake("a scale is finite and not zero"));
             }
             survey.reads("uds", &read.name, Some(read.unit().to_owned()), at)?;
         }
