@@ -81,13 +81,7 @@ EXPORT int fcntl(int fd, int command, ...) {
     return control(fd, command, argument);
 }
 
-EXPORT int fcntl64(int fd, int command, ...) {
-    va_list rest;
-    va_start(rest, command);
-    long argument = va_arg(rest, long);
-    va_end(rest);
-    return control(fd, command, argument);
-}
+EXPORT int fcntl64(int fd, int command, ...) __attribute__((alias("fcntl")));
 
 EXPORT int ioctl(int fd, unsigned long request, ...) {
     va_list rest;

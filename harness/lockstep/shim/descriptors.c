@@ -3,9 +3,6 @@
 #include "shim.h"
 #include <sys/resource.h>
 
-void timer_fd_retain(void *object);
-void timer_fd_release(void *object);
-
 static struct descriptor table[DESCRIPTORS_MAX];
 #define GUARDS_MAX 256
 static int guards[GUARDS_MAX];
@@ -49,7 +46,7 @@ void unguard(int fd) {
 static void retain(const struct descriptor *of) {
     if (of->kind == FD_SERIAL) ((struct serial *)of->object)->users++;
     if (of->kind == FD_CAN) can_retain(of->object);
-    if (of->kind == FD_TIMER) timer_fd_retain(of->object);
+    if (of->kind == FD_TIMER) ((struct timer_fd *)of->object)->users++;
 }
 
 void descriptor_closed(int fd) {

@@ -19,10 +19,29 @@ static enum woken await(const void *address, int64_t deadline) {
         tried_;                                                                                    \
     })
 
-EXPORT int pthread_mutex_lock(pthread_mutex_t *mutex) {
-    if (!in_lockstep()) return REAL(pthread_mutex_lock)(mutex);
-    return UNTIL_HAD(REAL(pthread_mutex_trylock)(mutex), mutex, NEVER);
-}
+// The calls that wait for a lock: without a limit, until a time of day, and until a time of a clock.
+#define CALLS_THAT_LOCK(type, to_try, to_lock, to_lock_timed, to_lock_clocked)                                          \
+    EXPORT int to_lock(type *lock) {                                                                                   \
+        if (!in_lockstep()) return REAL(to_lock)(lock);                                                                \
+        return UNTIL_HAD(REAL(to_try)(lock), lock, NEVER);                                                             \
+    }                                                                                                                  \
+    EXPORT int to_lock_timed(type *restrict lock, const struct timespec *restrict at) {                                \
+        if (!in_lockstep()) return REAL(to_lock_timed)(lock, at);                                                      \
+        int64_t deadline = deadline_at(CLOCK_REALTIME, at);                                                            \
+        return UNTIL_HAD(REAL(to_try)(lock), lock, deadline);                                                          \
+    }                                                                                                                  \
+    EXPORT int to_lock_clocked(type *restrict lock, clockid_t clock, const struct timespec *restrict at) {             \
+        if (!in_lockstep()) return to_lock_timed(lock, at);                                                            \
+        int64_t deadline = deadline_at(clock, at);                                                                     \
+        return UNTIL_HAD(REAL(to_try)(lock), lock, deadline);                                                          \
+    }
+
+CALLS_THAT_LOCK(pthread_mutex_t, pthread_mutex_trylock, pthread_mutex_lock, pthread_mutex_timedlock,
+                pthread_mutex_clocklock)
+CALLS_THAT_LOCK(pthread_rwlock_t, pthread_rwlock_tryrdlock, pthread_rwlock_rdlock, pthread_rwlock_timedrdlock,
+                pthread_rwlock_clockrdlock)
+CALLS_THAT_LOCK(pthread_rwlock_t, pthread_rwlock_trywrlock, pthread_rwlock_wrlock, pthread_rwlock_timedwrlock,
+                pthread_rwlock_clockwrlock)
 
 EXPORT int pthread_mutex_trylock(pthread_mutex_t *mutex) {
     int result = REAL(pthread_mutex_trylock)(mutex);
@@ -30,59 +49,10 @@ EXPORT int pthread_mutex_trylock(pthread_mutex_t *mutex) {
     return result;
 }
 
-EXPORT int pthread_mutex_timedlock(pthread_mutex_t *restrict mutex, const struct timespec *restrict at) {
-    if (!in_lockstep()) return REAL(pthread_mutex_timedlock)(mutex, at);
-    int64_t deadline = deadline_at(CLOCK_REALTIME, at);
-    return UNTIL_HAD(REAL(pthread_mutex_trylock)(mutex), mutex, deadline);
-}
-
-EXPORT int pthread_mutex_clocklock(pthread_mutex_t *restrict mutex, clockid_t clock,
-                                   const struct timespec *restrict at) {
-    if (!in_lockstep()) return pthread_mutex_timedlock(mutex, at);
-    int64_t deadline = deadline_at(clock, at);
-    return UNTIL_HAD(REAL(pthread_mutex_trylock)(mutex), mutex, deadline);
-}
-
 EXPORT int pthread_mutex_unlock(pthread_mutex_t *mutex) {
     int result = REAL(pthread_mutex_unlock)(mutex);
     if (in_lockstep()) wake(mutex, UINT32_MAX, UINT32_MAX);
     return result;
-}
-
-EXPORT int pthread_rwlock_rdlock(pthread_rwlock_t *lock) {
-    if (!in_lockstep()) return REAL(pthread_rwlock_rdlock)(lock);
-    return UNTIL_HAD(REAL(pthread_rwlock_tryrdlock)(lock), lock, NEVER);
-}
-
-EXPORT int pthread_rwlock_wrlock(pthread_rwlock_t *lock) {
-    if (!in_lockstep()) return REAL(pthread_rwlock_wrlock)(lock);
-    return UNTIL_HAD(REAL(pthread_rwlock_trywrlock)(lock), lock, NEVER);
-}
-
-EXPORT int pthread_rwlock_timedrdlock(pthread_rwlock_t *restrict lock, const struct timespec *restrict at) {
-    if (!in_lockstep()) return REAL(pthread_rwlock_timedrdlock)(lock, at);
-    int64_t deadline = deadline_at(CLOCK_REALTIME, at);
-    return UNTIL_HAD(REAL(pthread_rwlock_tryrdlock)(lock), lock, deadline);
-}
-
-EXPORT int pthread_rwlock_timedwrlock(pthread_rwlock_t *restrict lock, const struct timespec *restrict at) {
-    if (!in_lockstep()) return REAL(pthread_rwlock_timedwrlock)(lock, at);
-    int64_t deadline = deadline_at(CLOCK_REALTIME, at);
-    return UNTIL_HAD(REAL(pthread_rwlock_trywrlock)(lock), lock, deadline);
-}
-
-EXPORT int pthread_rwlock_clockrdlock(pthread_rwlock_t *restrict lock, clockid_t clock,
-                                      const struct timespec *restrict at) {
-    if (!in_lockstep()) return pthread_rwlock_timedrdlock(lock, at);
-    int64_t deadline = deadline_at(clock, at);
-    return UNTIL_HAD(REAL(pthread_rwlock_tryrdlock)(lock), lock, deadline);
-}
-
-EXPORT int pthread_rwlock_clockwrlock(pthread_rwlock_t *restrict lock, clockid_t clock,
-                                      const struct timespec *restrict at) {
-    if (!in_lockstep()) return pthread_rwlock_timedwrlock(lock, at);
-    int64_t deadline = deadline_at(clock, at);
-    return UNTIL_HAD(REAL(pthread_rwlock_trywrlock)(lock), lock, deadline);
 }
 
 EXPORT int pthread_rwlock_unlock(pthread_rwlock_t *lock) {

@@ -41,18 +41,12 @@ EXPORT int open(const char *path, int flags, ...) {
     MODE_ARGUMENT(flags, mode)
     return open_at(AT_FDCWD, path, flags, mode);
 }
-EXPORT int open64(const char *path, int flags, ...) {
-    MODE_ARGUMENT(flags, mode)
-    return open_at(AT_FDCWD, path, flags, mode);
-}
+EXPORT int open64(const char *path, int flags, ...) __attribute__((alias("open")));
 EXPORT int openat(int folder, const char *path, int flags, ...) {
     MODE_ARGUMENT(flags, mode)
     return open_at(folder, path, flags, mode);
 }
-EXPORT int openat64(int folder, const char *path, int flags, ...) {
-    MODE_ARGUMENT(flags, mode)
-    return open_at(folder, path, flags, mode);
-}
+EXPORT int openat64(int folder, const char *path, int flags, ...) __attribute__((alias("openat")));
 EXPORT int __open_2(const char *path, int flags) { return open_at(AT_FDCWD, path, flags, 0); }
 EXPORT int __open64_2(const char *path, int flags) { return open_at(AT_FDCWD, path, flags, 0); }
 EXPORT int __openat_2(int folder, const char *path, int flags) { return open_at(folder, path, flags, 0); }

@@ -83,9 +83,6 @@ bool has_other_threads(void) {
 }
 
 static void ask_for_time(void) {
-    int64_t deadline = NEVER;
-    for (struct thread *thread = first; thread; thread = thread->next)
-        if (!thread->finished && due(thread->wait.deadline) < deadline) deadline = due(thread->wait.deadline);
     sigset_t before;
     bool holds = has_children;
     // The end of a child is a signal at a random real time. It is deferred to this place.
@@ -94,10 +91,7 @@ static void ask_for_time(void) {
         sigfillset(&all);
         pthread_sigmask(SIG_SETMASK, &all, &before);
     }
-    unsigned threads;
-    bool stuck = is_stuck(&threads);
-    link_run(deadline, stuck, threads);
-    runs++;
+    run_to_deadline();
     if (holds) {
         self->handled = handled_now(&before);
         pthread_sigmask(SIG_SETMASK, &before, NULL);

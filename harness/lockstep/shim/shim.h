@@ -109,6 +109,7 @@ extern bool progressed, has_children;
 extern struct thread *first, *current;
 extern uint64_t orders;
 extern unsigned runs;
+void run_to_deadline(void);
 struct thread *next_thread(void);
 bool in_lockstep(void);
 enum woken block(const struct wait *wait);
@@ -147,6 +148,17 @@ void timer_remove(struct virtual_timer *timer);
 void timer_set(struct virtual_timer *timer, int64_t deadline, int64_t interval);
 void timers_run(void);
 int64_t timers_next(void);
+void timer_arm(struct virtual_timer *timer, clockid_t clock, bool is_absolute, const struct itimerspec *to);
+struct itimerspec timer_state(const struct virtual_timer *timer);
+// A timerfd is an eventfd that is written when it expires: both read alike, and work with poll and epoll.
+struct timer_fd {
+    struct virtual_timer timer;
+    int fd, users;
+    clockid_t clock;
+};
+struct timer_fd *timer_fd_made(int fd, clockid_t clock);
+void timer_fd_release(struct timer_fd *of);
+void timer_fd_set(struct timer_fd *of, bool is_absolute, const struct itimerspec *to);
 void timers_after_fork(void);
 
 // descriptors.c: descriptors with a special meaning.
@@ -172,6 +184,9 @@ bool is_ready(int fd, short events);
 bool is_nonblocking(int fd);
 int64_t deadline_of(const struct timespec *span);
 int64_t deadline_ms(int ms);
+int64_t socket_deadline(int fd, short events);
+// A writable pipe accepts this much without blocking.
+#define PIPE_PIECE 4096
 
 // serial_port.c, serial.c, serial_calls.c
 struct serial {
@@ -222,6 +237,10 @@ void can_deliver(const struct sent_frame *sent, const struct can_socket *from);
 void can_after_fork(void);
 void can_release(struct can_socket *can);
 void can_retain(struct can_socket *can);
+ssize_t can_read(int fd, struct descriptor *of, void *data, size_t size);
+ssize_t can_write(int fd, struct descriptor *of, const void *data, size_t size);
+ssize_t can_receive(int fd, struct descriptor *of, struct msghdr *message, int flags);
+ssize_t can_send(int fd, struct descriptor *of, const struct msghdr *message, int flags);
 bool can_file_text(const char *path, char text[32]);
 int can_open_file(const char *path, int flags);
 const char *can_file_like(const char *path);

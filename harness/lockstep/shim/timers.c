@@ -48,5 +48,42 @@ void timers_run(void) {
     }
 }
 
+struct itimerspec timer_state(const struct virtual_timer *timer) {
+    bool is_set = timer->fire && timer->deadline != NEVER;
+    return (struct itimerspec){.it_value = timespec_of(is_set ? due(timer->deadline) - now_ns : 0),
+                               .it_interval = timespec_of(timer->interval)};
+}
+
+void timer_arm(struct virtual_timer *timer, clockid_t clock, bool is_absolute, const struct itimerspec *to) {
+    int64_t span = nanos(&to->it_value);
+    int64_t deadline = is_absolute ? deadline_at(clock, &to->it_value) : deadline_after(span);
+    timer_set(timer, span == 0 ? NEVER : deadline, nanos(&to->it_interval));
+    timers_run();
+}
+
+static void fire_fd(struct virtual_timer *timer, uint64_t count) {
+    REAL(write)(((struct timer_fd *)timer)->fd, &count, sizeof count);
+}
+
+struct timer_fd *timer_fd_made(int fd, clockid_t clock) {
+    struct timer_fd *made = calloc(1, sizeof *made);
+    *made = (struct timer_fd){.timer.fire = fire_fd, .fd = fd, .clock = clock};
+    timer_add(&made->timer);
+    return made;
+}
+
+void timer_fd_release(struct timer_fd *of) {
+    if (--of->users > 0) return;
+    timer_remove(&of->timer);
+    unguard(of->fd);
+    free(of);
+}
+
+void timer_fd_set(struct timer_fd *of, bool is_absolute, const struct itimerspec *to) {
+    uint64_t old;
+    if (is_ready(of->fd, POLLIN)) REAL(read)(of->fd, &old, sizeof old);
+    timer_arm(&of->timer, of->clock, is_absolute, to);
+}
+
 // A child does not inherit timers, and cyclic frames of its descriptors belong to the parent.
 void timers_after_fork(void) { timers = NULL; }

@@ -1,71 +1,31 @@
-// timerfd, timer_create, setitimer, alarm. A timerfd is an eventfd that is written when it expires: both read alike,
-// and work with poll and epoll.
+// timerfd, timer_create, setitimer, alarm.
 #include "shim.h"
 #include <sys/eventfd.h>
 #include <sys/timerfd.h>
-
-struct timer_fd {
-    struct virtual_timer timer;
-    int fd, users;
-    clockid_t clock;
-};
-
-static void fire_fd(struct virtual_timer *timer, uint64_t count) {
-    REAL(write)(((struct timer_fd *)timer)->fd, &count, sizeof count);
-}
-
-static struct itimerspec state_of(const struct virtual_timer *timer) {
-    int64_t left = timer->deadline == NEVER ? 0 : due(timer->deadline) - now_ns;
-    return (struct itimerspec){.it_value = timespec_of(left), .it_interval = timespec_of(timer->interval)};
-}
-
-static void arm(struct virtual_timer *timer, clockid_t clock, bool is_absolute, const struct itimerspec *to) {
-    int64_t span = nanos(&to->it_value);
-    int64_t deadline = is_absolute ? deadline_at(clock, &to->it_value) : deadline_after(span);
-    timer_set(timer, span == 0 ? NEVER : deadline, nanos(&to->it_interval));
-    timers_run();
-}
 
 EXPORT int timerfd_create(int clock, int flags) {
     if (!is_managed()) return REAL(timerfd_create)(clock, flags);
     int own = ((flags & TFD_NONBLOCK) ? EFD_NONBLOCK : 0) | ((flags & TFD_CLOEXEC) ? EFD_CLOEXEC : 0);
     int fd = eventfd(0, own);
     if (fd < 0) return fd;
-    struct timer_fd *made = calloc(1, sizeof *made);
     // Our own copy: the program may close its descriptor and keep a duplicate.
-    made->fd = guard(REAL(fcntl)(fd, F_DUPFD_CLOEXEC, 3));
-    made->clock = clock;
-    made->timer.fire = fire_fd;
-    timer_add(&made->timer);
-    descriptor_set(fd, FD_TIMER, made);
+    descriptor_set(fd, FD_TIMER, timer_fd_made(guard(REAL(fcntl)(fd, F_DUPFD_CLOEXEC, 3)), clock));
     return fd;
-}
-
-void timer_fd_retain(void *object) { ((struct timer_fd *)object)->users++; }
-
-void timer_fd_release(void *object) {
-    struct timer_fd *of = object;
-    if (--of->users > 0) return;
-    timer_remove(&of->timer);
-    unguard(of->fd);
-    free(of);
 }
 
 EXPORT int timerfd_settime(int fd, int flags, const struct itimerspec *to, struct itimerspec *before) {
     struct descriptor *found = descriptor(fd);
     if (!found || found->kind != FD_TIMER) return REAL(timerfd_settime)(fd, flags, to, before);
     struct timer_fd *of = found->object;
-    if (before) *before = state_of(&of->timer);
-    uint64_t old;
-    if (is_ready(fd, POLLIN)) REAL(read)(fd, &old, sizeof old);
-    arm(&of->timer, of->clock, flags & TFD_TIMER_ABSTIME, to);
+    if (before) *before = timer_state(&of->timer);
+    timer_fd_set(of, flags & TFD_TIMER_ABSTIME, to);
     return 0;
 }
 
 EXPORT int timerfd_gettime(int fd, struct itimerspec *state) {
     struct descriptor *found = descriptor(fd);
     if (!found || found->kind != FD_TIMER) return REAL(timerfd_gettime)(fd, state);
-    *state = state_of(&((struct timer_fd *)found->object)->timer);
+    *state = timer_state(&((struct timer_fd *)found->object)->timer);
     return 0;
 }
 
@@ -119,8 +79,8 @@ EXPORT int timer_settime(timer_t number, int flags, const struct itimerspec *to,
     if (!is_managed()) return REAL(timer_settime)(number, flags, to, before);
     struct signal_timer *of = by_number(number);
     if (!of || !to) return errno = EINVAL, -1;
-    if (before) *before = state_of(&of->timer);
-    arm(&of->timer, of->clock, flags & TIMER_ABSTIME, to);
+    if (before) *before = timer_state(&of->timer);
+    timer_arm(&of->timer, of->clock, flags & TIMER_ABSTIME, to);
     return 0;
 }
 
@@ -128,7 +88,7 @@ EXPORT int timer_gettime(timer_t number, struct itimerspec *state) {
     if (!is_managed()) return REAL(timer_gettime)(number, state);
     struct signal_timer *of = by_number(number);
     if (!of) return errno = EINVAL, -1;
-    *state = state_of(&of->timer);
+    *state = timer_state(&of->timer);
     return 0;
 }
 
@@ -144,7 +104,7 @@ EXPORT int setitimer(__itimer_which_t which, const struct itimerval *restrict to
     if (which != ITIMER_REAL) return 0;
     struct virtual_timer *timer = &alarm_timer.timer;
     if (!timer->fire) timer->fire = fire_signal, timer_add(timer);
-    struct itimerspec old = state_of(timer);
+    struct itimerspec old = timer_state(timer);
     if (before) {
         before->it_value = timeval_of(nanos(&old.it_value));
         before->it_interval = timeval_of(nanos(&old.it_interval));

@@ -3,29 +3,9 @@
 #include <sys/stat.h>
 #include <sys/uio.h>
 
-ssize_t can_read(int fd, struct descriptor *of, void *data, size_t size);
-ssize_t can_write(int fd, struct descriptor *of, const void *data, size_t size);
-ssize_t can_receive(int fd, struct descriptor *of, struct msghdr *message, int flags);
-ssize_t can_send(int fd, struct descriptor *of, const struct msghdr *message, int flags);
-
-// A writable pipe accepts this much without blocking.
-#define PIPE_PIECE 4096
-
 static enum fd_kind kind_of(int fd) {
     struct descriptor *of = descriptor(fd);
     return of ? of->kind : FD_PLAIN;
-}
-
-// Time-out of a call on a socket, from SO_RCVTIMEO or SO_SNDTIMEO.
-static int64_t socket_deadline(int fd, short events) {
-    struct timeval span = {0};
-    socklen_t size = sizeof span;
-    int kept = errno;
-    int option = events == POLLIN ? SO_RCVTIMEO : SO_SNDTIMEO;
-    int result = REAL(getsockopt)(fd, SOL_SOCKET, option, &span, &size);
-    errno = kept;
-    if (result || (span.tv_sec == 0 && span.tv_usec == 0)) return NEVER;
-    return deadline_after(span.tv_sec * SECOND + span.tv_usec * 1000);
 }
 
 // True if the call may proceed: it will not block, or must not wait.

@@ -56,6 +56,16 @@ unsigned requeue(const void *from, const void *to, unsigned count) {
     return moved;
 }
 
+void run_to_deadline(void) {
+    int64_t deadline = NEVER;
+    for (struct thread *thread = first; thread; thread = thread->next)
+        if (!thread->finished && due(thread->wait.deadline) < deadline) deadline = due(thread->wait.deadline);
+    unsigned threads;
+    bool stuck = is_stuck(&threads);
+    link_run(deadline, stuck, threads);
+    runs++;
+}
+
 void give_way(void) {
     if (!in_lockstep()) return;
     self->wait.deadline = INT64_MIN;

@@ -38,6 +38,18 @@ int wait_fd(int fd, short events, int64_t deadline) {
     return wait_fds(&one, 1, deadline);
 }
 
+// Time-out of a call on a socket, from SO_RCVTIMEO or SO_SNDTIMEO.
+int64_t socket_deadline(int fd, short events) {
+    struct timeval span = {0};
+    socklen_t size = sizeof span;
+    int kept = errno;
+    int option = events == POLLIN ? SO_RCVTIMEO : SO_SNDTIMEO;
+    int result = REAL(getsockopt)(fd, SOL_SOCKET, option, &span, &size);
+    errno = kept;
+    if (result || (span.tv_sec == 0 && span.tv_usec == 0)) return NEVER;
+    return deadline_after(span.tv_sec * SECOND + span.tv_usec * 1000);
+}
+
 int64_t deadline_of(const struct timespec *span) {
     return span ? deadline_after(nanos(span)) : NEVER;
 }

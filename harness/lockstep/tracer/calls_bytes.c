@@ -4,23 +4,9 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 
-ssize_t can_receive(int fd, struct descriptor *of, struct msghdr *message, int flags);
-ssize_t can_send(int fd, struct descriptor *of, const struct msghdr *message, int flags);
-
-// A writable pipe accepts this much without blocking.
-#define PIPE_PIECE 4096
 // Most bytes per transfer on a line.
 #define LINE_PIECE 65536
 #define PARTS_MAX 1024
-
-// Time-out of a call on a socket, from SO_RCVTIMEO or SO_SNDTIMEO.
-static int64_t socket_deadline(int fd, short events) {
-    struct timeval span = {0};
-    socklen_t size = sizeof span;
-    int option = events == POLLIN ? SO_RCVTIMEO : SO_SNDTIMEO;
-    if (REAL(getsockopt)(fd, SOL_SOCKET, option, &span, &size) || (span.tv_sec == 0 && span.tv_usec == 0)) return NEVER;
-    return deadline_after(span.tv_sec * SECOND + span.tv_usec * 1000);
-}
 
 // LET_GO if the call may proceed: it will not block, or must not wait.
 static int64_t await(struct tracee *of, int64_t fd, short events, bool is_told_not_to) {

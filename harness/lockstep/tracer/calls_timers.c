@@ -1,14 +1,7 @@
-// timerfd, timer_create, setitimer, alarm. A timerfd is an eventfd of the program that the tracer writes when it
-// expires: both read alike, and work with poll and epoll.
+// timerfd, timer_create, setitimer, alarm. The eventfd of a timerfd is the program's.
 #include "tracer.h"
 #include <sys/syscall.h>
 #include <sys/timerfd.h>
-
-struct timer_fd {
-    struct virtual_timer timer;
-    int fd, users;
-    clockid_t clock;
-};
 
 struct signal_timer {
     struct virtual_timer timer;
@@ -19,45 +12,13 @@ struct signal_timer {
     clockid_t clock;
 };
 
-static struct itimerspec state_of(const struct virtual_timer *timer) {
-    bool is_set = timer->fire && timer->deadline != NEVER;
-    return (struct itimerspec){.it_value = timespec_of(is_set ? due(timer->deadline) - now_ns : 0),
-                               .it_interval = timespec_of(timer->interval)};
-}
-
-static void arm(struct virtual_timer *timer, clockid_t clock, bool is_absolute, const struct itimerspec *to) {
-    int64_t span = nanos(&to->it_value);
-    int64_t deadline = is_absolute ? deadline_at(clock, &to->it_value) : deadline_after(span);
-    timer_set(timer, span == 0 ? NEVER : deadline, nanos(&to->it_interval));
-    timers_run();
-}
-
-static void fire_fd(struct virtual_timer *timer, uint64_t count) {
-    REAL(write)(((struct timer_fd *)timer)->fd, &count, sizeof count);
-}
-
-void timer_fd_retain(void *object) { ((struct timer_fd *)object)->users++; }
-
-void timer_fd_release(void *object) {
-    struct timer_fd *of = object;
-    if (--of->users > 0) return;
-    timer_remove(&of->timer);
-    REAL(close)(of->fd);
-    free(of);
-}
-
 static int64_t make_fd(struct tracee *of, uint64_t *a) {
     if (a[1] & ~(uint64_t)(TFD_NONBLOCK | TFD_CLOEXEC)) return -EINVAL;
     // The flags of both have the same values.
     int64_t fd = CALL(of, SYS_eventfd2, 0, a[1]);
     int copy = fd < 0 ? -1 : slot_take(of, (int)fd);
-    struct timer_fd *made = copy < 0 ? NULL : calloc(1, sizeof *made);
-    if (!made) return fd < 0 ? fd : -EMFILE;
-    made->fd = REAL(fcntl)(copy, F_DUPFD_CLOEXEC, 3);
-    made->clock = (clockid_t)a[0];
-    made->timer.fire = fire_fd;
-    timer_add(&made->timer);
-    descriptor_set(copy, FD_TIMER, made);
+    if (copy < 0) return fd < 0 ? fd : -EMFILE;
+    descriptor_set(copy, FD_TIMER, timer_fd_made(REAL(fcntl)(copy, F_DUPFD_CLOEXEC, 3), (clockid_t)a[0]));
     return fd;
 }
 
@@ -71,17 +32,15 @@ static int64_t set_fd(struct tracee *of, uint64_t *a) {
     struct itimerspec to, before;
     if (!timer) return -EINVAL;
     if (!get(of, a[2], &to, sizeof to)) return -EFAULT;
-    before = state_of(&timer->timer);
-    uint64_t old;
-    if (is_ready(timer->fd, POLLIN)) REAL(read)(timer->fd, &old, sizeof old);
-    arm(&timer->timer, timer->clock, a[1] & TFD_TIMER_ABSTIME, &to);
+    before = timer_state(&timer->timer);
+    timer_fd_set(timer, a[1] & TFD_TIMER_ABSTIME, &to);
     return a[3] && !put(of, a[3], &before, sizeof before) ? -EFAULT : 0;
 }
 
 static int64_t ask_fd(struct tracee *of, uint64_t *a) {
     struct timer_fd *timer = by_fd(of, a[0]);
     if (!timer) return -EINVAL;
-    struct itimerspec state = state_of(&timer->timer);
+    struct itimerspec state = timer_state(&timer->timer);
     return put(of, a[1], &state, sizeof state) ? 0 : -EFAULT;
 }
 
@@ -132,15 +91,15 @@ static int64_t set(struct tracee *of, uint64_t *a) {
     struct itimerspec to, before;
     if (!timer) return -EINVAL;
     if (!get(of, a[2], &to, sizeof to)) return -EFAULT;
-    before = state_of(&timer->timer);
-    arm(&timer->timer, timer->clock, a[1] & TIMER_ABSTIME, &to);
+    before = timer_state(&timer->timer);
+    timer_arm(&timer->timer, timer->clock, a[1] & TIMER_ABSTIME, &to);
     return a[3] && !put(of, a[3], &before, sizeof before) ? -EFAULT : 0;
 }
 
 static int64_t ask(struct tracee *of, uint64_t *a) {
     struct signal_timer *timer = by_number(of, a[0]);
     if (!timer) return -EINVAL;
-    struct itimerspec state = state_of(&timer->timer);
+    struct itimerspec state = timer_state(&timer->timer);
     return put(of, a[1], &state, sizeof state) ? 0 : -EFAULT;
 }
 
@@ -170,7 +129,7 @@ static void fire_alarm(struct virtual_timer *timer, uint64_t count) {
 
 static struct itimerval set_alarm(struct process *process, int64_t span, int64_t interval) {
     struct virtual_timer *timer = &process->alarm;
-    struct itimerspec was = state_of(timer);
+    struct itimerspec was = timer_state(timer);
     if (!timer->fire) timer->fire = fire_alarm, timer_add(timer);
     timer_set(timer, span ? deadline_after(span) : NEVER, interval);
     return (struct itimerval){.it_value = timeval_of(nanos(&was.it_value)),
@@ -188,7 +147,7 @@ static int64_t set_interval(struct tracee *of, uint64_t *a) {
 }
 
 static int64_t ask_interval(struct tracee *of, uint64_t *a) {
-    struct itimerspec is = a[0] == ITIMER_REAL ? state_of(&of->process->alarm) : (struct itimerspec){0};
+    struct itimerspec is = a[0] == ITIMER_REAL ? timer_state(&of->process->alarm) : (struct itimerspec){0};
     struct itimerval state = {.it_value = timeval_of(nanos(&is.it_value)),
                               .it_interval = timeval_of(nanos(&is.it_interval))};
     return put(of, a[1], &state, sizeof state) ? 0 : -EFAULT;

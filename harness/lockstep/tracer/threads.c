@@ -153,13 +153,7 @@ uintptr_t address_of(const struct thread *thread) {
 }
 
 static void ask_for_time(void) {
-    int64_t deadline = NEVER;
-    for (struct thread *thread = first; thread; thread = thread->next)
-        if (!thread->finished && due(thread->wait.deadline) < deadline) deadline = due(thread->wait.deadline);
-    unsigned threads;
-    bool stuck = is_stuck(&threads);
-    link_run(deadline, stuck, threads);
-    runs++;
+    run_to_deadline();
     signals_pass_on();
 }
 
