@@ -64,6 +64,9 @@ impl FileError {
     }
 }
 
+/// Something read from a file, or the first mistake in it.
+pub(crate) type Read<T = ()> = Result<T, Mistake>;
+
 /// A mistake whose place is given as a path in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mistake {

@@ -2,7 +2,7 @@
 
 use super::dictionary::{Dictionary, Entry};
 use super::{eds, layout as messages};
-use crate::error::{FileError, Mistake};
+use crate::error::{FileError, Mistake, Read};
 use crate::file::{File, Formula, StateTable};
 use crate::files::Files;
 use crate::hint;
@@ -28,9 +28,7 @@ pub(crate) fn layout(
     if let Some(name) = said.signal.keys().next() {
         let message = "a CANopen device has objects, and its PDOs show them";
         let help = "write [object.NAME] with the `expression`";
-        return Err(located(
-            Mistake::new(place.key("signal").key(name).name(), message).help(help),
-        ));
+        return Err(located(place.key("signal").key(name).name().mistake(message).help(help)));
     }
     let eds = files.text(name).map_err(|error| {
         located(Mistake::new(place.key("eds"), format!("failed to read `{name}`: {error}")))
@@ -54,9 +52,8 @@ pub(crate) fn layout(
         let entry = find(&mut dictionary, object, &at).map_err(located)?;
         entry.unit.clone_from(&table.unit);
         let factor = table.scale.unwrap_or(1.0);
-        entry.scale = Scale::new(factor, 0.0).ok_or_else(|| {
-            located(Mistake::new(at.key("scale"), format!("{factor} is no scale")))
-        })?;
+        entry.scale = Scale::new(factor, 0.0)
+            .ok_or_else(|| located(at.key("scale").mistake(format!("{factor} is no scale"))))?;
     }
     let dictionary = Arc::new(dictionary);
     let layout = messages::layout(&dictionary).map_err(|(index, sub, why)| {
@@ -79,7 +76,7 @@ pub(crate) fn layout(
 }
 
 /// Refuses the keys of a CANopen device in a file without an EDS.
-pub(crate) fn unused(said: &File) -> Result<(), Mistake> {
+pub(crate) fn unused(said: &File) -> Read {
     let keys = [
         ("node_id", said.node_id.is_some()),
         ("object", !said.object.is_empty()),
@@ -90,11 +87,7 @@ pub(crate) fn unused(said: &File) -> Result<(), Mistake> {
     Err(Mistake::new(Place::file().key(key).name(), message).help("name its `eds`"))
 }
 
-fn find<'a>(
-    dictionary: &'a mut Dictionary,
-    name: &str,
-    at: &Place,
-) -> Result<&'a mut Entry, Mistake> {
+fn find<'a>(dictionary: &'a mut Dictionary, name: &str, at: &Place) -> Read<&'a mut Entry> {
     let Some(place) = dictionary.named(name) else {
         let known: Vec<&str> = dictionary.application().map(|(_, one)| one.name()).collect();
         let message = format!("the EDS has no object `{name}`");
@@ -105,7 +98,7 @@ fn find<'a>(
 
 /// Adds a state for each object of the application that no expression computes: masters write it, and machines may.
 /// Returns the names of the added ones.
-pub(crate) fn held(said: &mut File, dictionary: &Dictionary) -> Result<Vec<String>, Mistake> {
+pub(crate) fn held(said: &mut File, dictionary: &Dictionary) -> Read<Vec<String>> {
     let mut names = Vec::new();
     for (_, entry) in dictionary.application() {
         let name = entry.name();

@@ -5,7 +5,7 @@ use super::formula::formula;
 use super::parts::{PERIOD_S_MIN, question, seconds};
 use super::scope::Local;
 use super::variables::Variables;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::Expression;
 use crate::file::{self, MessageRules};
 use crate::place::{Place, given};
@@ -45,7 +45,7 @@ pub(super) fn answer(
     rules: &MessageRules,
     variables: &Variables,
     place: &Place,
-) -> Result<Option<Answer>, Mistake> {
+) -> Read<Option<Answer>> {
     let Some(name) = &rules.answers else {
         let given = given!(rules; delay_s, when, times, every_s, busy);
         let Some(key) = given else { return Ok(None) };
@@ -90,10 +90,7 @@ pub(super) fn answer(
 }
 
 /// Parses the handling of a message that arrives while another is being answered.
-pub(super) fn while_answering(
-    rules: &MessageRules,
-    place: &Place,
-) -> Result<Option<WhileAnswering>, Mistake> {
+pub(super) fn while_answering(rules: &MessageRules, place: &Place) -> Read<Option<WhileAnswering>> {
     match (rules.while_answering, rules.queue) {
         (Some(file::WhileAnswering::Queue), queue) => match queue.unwrap_or(QUEUE) {
             length @ 1..=QUEUE_MAX => Ok(Some(WhileAnswering::Queue(length))),

@@ -1,6 +1,6 @@
 //! Tables with an index in their name: `[state."cell[1..96]"]` is `cell1` to `cell96` and the array `cell`.
 
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::{Array, Meaning};
 use crate::place::Place;
 use std::collections::{BTreeMap, BTreeSet};
@@ -109,7 +109,7 @@ fn numbered(key: &str) -> Result<Option<Numbered<'_>>, &'static str> {
 pub(super) fn entries<'a, T>(
     tables: &'a BTreeMap<String, T>,
     section: &str,
-) -> Result<(Vec<Entry<'a, T>>, Vec<Family>), Mistake> {
+) -> Read<(Vec<Entry<'a, T>>, Vec<Family>)> {
     let (mut entries, mut families) = (Vec::new(), Vec::new());
     for (key, table) in tables {
         let place = || Place::file().key(section).key(key).name();
@@ -133,9 +133,7 @@ pub(super) fn entries<'a, T>(
 }
 
 /// Checks that the names of arrays and elements are unique across all sections.
-pub(super) fn distinct<'a>(
-    names: impl Iterator<Item = (&'a str, &'a str, &'a str)>,
-) -> Result<(), Mistake> {
+pub(super) fn distinct<'a>(names: impl Iterator<Item = (&'a str, &'a str, &'a str)>) -> Read {
     let mut known = BTreeSet::new();
     for (section, key, name) in names {
         if !known.insert(name) {
@@ -152,7 +150,7 @@ pub(super) fn index_is_free<P, S, G>(
     parameters: &BTreeMap<String, P>,
     states: &BTreeMap<String, S>,
     signals: &BTreeMap<String, G>,
-) -> Result<(), Mistake> {
+) -> Read {
     let mut keys = parameters.keys().chain(states.keys()).chain(signals.keys());
     let Some(array) = keys.find(|key| key.contains('[')) else { return Ok(()) };
     let section = match (parameters.contains_key(INDEX), states.contains_key(INDEX)) {

@@ -5,7 +5,7 @@ use super::scope::Local;
 use super::source::{Source, source};
 use super::variables::Variables;
 use crate::canopen::Dictionary;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::Expression;
 use crate::file::File;
 use crate::files::Files;
@@ -35,7 +35,7 @@ pub(super) fn canopen(
     dictionary: &Arc<Dictionary>,
     variables: &Variables,
     files: &mut dyn Files,
-) -> Result<Canopen, Mistake> {
+) -> Read<Canopen> {
     let scope = Local { scope: variables, index: None, has_parts: false };
     let mut objects = BTreeMap::new();
     for (place, entry) in dictionary.application() {

@@ -5,7 +5,7 @@ use super::formula::formula;
 use super::parts::seconds;
 use super::scope::{Local, ParametersOnly};
 use super::variables::Variables;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::Expression;
 use crate::file::{File, FmuTable, Formula, SourceTable, StateTable};
 use crate::files::Files;
@@ -37,7 +37,7 @@ fn place() -> Place {
 }
 
 /// Loads the unit of the file, and adds a state for each of its outputs.
-pub(super) fn load(said: &mut File, files: &mut dyn Files) -> Result<Option<Loaded>, Mistake> {
+pub(super) fn load(said: &mut File, files: &mut dyn Files) -> Read<Option<Loaded>> {
     let Some(table) = &said.fmu else { return Ok(None) };
     let file = table.file.clone();
     let unit = files.fmu(&file).map_err(|error| Mistake::new(place().key("file"), error))?;
@@ -69,7 +69,7 @@ pub(super) fn load(said: &mut File, files: &mut dyn Files) -> Result<Option<Load
 }
 
 /// The place of the variable with this name, which has one of these roles and is a number.
-fn find(unit: &dyn Fmu, name: &str, roles: &[FmuRole], at: &Place) -> Result<usize, Mistake> {
+fn find(unit: &dyn Fmu, name: &str, roles: &[FmuRole], at: &Place) -> Read<usize> {
     let word = |role| match role {
         FmuRole::Input => "an input",
         FmuRole::Output => "an output",
@@ -105,7 +105,7 @@ pub(super) fn physics(
     variables: &Variables,
     set: &BTreeSet<&str>,
     step_s: f64,
-) -> Result<Physics, Mistake> {
+) -> Read<Physics> {
     let Loaded { file, unit } = loaded;
     let all = Local { scope: variables, index: None, has_parts: false };
     let of_parameters = Local { scope: &ParametersOnly(variables), ..all };
@@ -148,7 +148,7 @@ pub(super) fn units(
     layout: &Layout,
     signals: &BTreeMap<String, SourceTable>,
     files: &mut dyn Files,
-) -> Result<(), Mistake> {
+) -> Read {
     for (name, signal) in signals {
         let Some(Formula::Expression(text)) = &signal.expression else { continue };
         let Some(variable) = table.outputs.get(text.trim()) else { continue };

@@ -1,17 +1,13 @@
 //! Expressions of a file, with the positions of their mistakes.
 
 use super::scope::Local;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::Expression;
 use crate::file::Formula;
 use crate::place::Place;
 
 /// Parses the expression of a number or a text.
-pub(super) fn formula(
-    formula: &Formula,
-    scope: &Local<'_>,
-    place: &Place,
-) -> Result<Expression, Mistake> {
+pub(super) fn formula(formula: &Formula, scope: &Local<'_>, place: &Place) -> Read<Expression> {
     match formula {
         Formula::Number(number) => Ok(Expression::constant(*number)),
         Formula::Expression(text) => Expression::parse(text, scope).map_err(|error| {

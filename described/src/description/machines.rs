@@ -5,7 +5,7 @@ use super::parts::{PERIOD_S_MIN, question, seconds};
 use super::scope::Local;
 use super::states::{Law, State};
 use super::variables::{MachineNames, Variables};
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::{Expression, Meaning, Scope};
 use crate::file::{Formula, MachineTable, TransitionTable};
 use crate::hint;
@@ -57,7 +57,7 @@ pub(super) fn in_order(
 pub(super) fn set<'a>(
     tables: &[(&'a str, &'a MachineTable)],
     variables: &Variables,
-) -> Result<BTreeSet<&'a str>, Mistake> {
+) -> Read<BTreeSet<&'a str>> {
     let mut names = BTreeSet::new();
     for (machine, table) in tables {
         let place = Place::file().key("machine").key(machine);
@@ -80,7 +80,7 @@ pub(super) fn set<'a>(
 }
 
 /// The names of the machines and of their states.
-pub(super) fn names(tables: &[(&str, &MachineTable)]) -> Result<Vec<MachineNames>, Mistake> {
+pub(super) fn names(tables: &[(&str, &MachineTable)]) -> Read<Vec<MachineNames>> {
     for (name, table) in tables {
         let place = Place::file().key("machine").key(name).key("states");
         if table.states.is_empty() {
@@ -88,10 +88,7 @@ pub(super) fn names(tables: &[(&str, &MachineTable)]) -> Result<Vec<MachineNames
         }
         let again = |(place, state): &(usize, &String)| table.states[..*place].contains(state);
         if let Some((index, state)) = table.states.iter().enumerate().find(again) {
-            return Err(Mistake::new(
-                place.index(index),
-                format!("there is a state `{state}` already"),
-            ));
+            return Err(place.index(index).mistake(format!("there is a state `{state}` already")));
         }
     }
     let named = tables.iter().map(|(name, table)| MachineNames {
@@ -106,7 +103,7 @@ pub(super) fn machines(
     tables: &[(&str, &MachineTable)],
     states: &[State],
     variables: &Variables,
-) -> Result<Vec<Machine>, Mistake> {
+) -> Read<Vec<Machine>> {
     let all = Place::file().key("machine");
     let machine = |(name, table): &(&str, &MachineTable)| {
         let reader = Reader { name, table, place: all.key(name), states, variables };
@@ -124,7 +121,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn machine(&self) -> Result<Machine, Mistake> {
+    fn machine(&self) -> Read<Machine> {
         let start = self.state(&self.table.start, &self.place.key("start"))?;
         let all = self.place.key("transitions");
         let each = self.table.transitions.iter().enumerate();
@@ -139,14 +136,14 @@ impl Reader<'_> {
         Ok(Machine { start, transitions, enter })
     }
 
-    fn state(&self, name: &str, place: &Place) -> Result<usize, Mistake> {
+    fn state(&self, name: &str, place: &Place) -> Read<usize> {
         self.table.states.iter().position(|known| known == name).ok_or_else(|| {
             let text = format!("`{}` has no state `{name}`", self.name);
             Mistake::new(place.clone(), text).help(hint::proposal(name, &self.table.states))
         })
     }
 
-    fn transition(&self, table: &TransitionTable, place: &Place) -> Result<Transition, Mistake> {
+    fn transition(&self, table: &TransitionTable, place: &Place) -> Read<Transition> {
         let to = self.state(&table.to, &place.key("to"))?;
         let from = match &table.from {
             None => (0..self.table.states.len()).map(|state| state != to).collect(),
@@ -182,7 +179,7 @@ impl Reader<'_> {
     }
 
     /// Checks that every state is reachable from the initial one.
-    fn reached(&self, start: usize, transitions: &[Transition]) -> Result<(), Mistake> {
+    fn reached(&self, start: usize, transitions: &[Transition]) -> Read {
         let mut reached = vec![false; self.table.states.len()];
         reached[start] = true;
         let leads_on = |one: &Transition, reached: &[bool]| {
@@ -204,11 +201,7 @@ impl Reader<'_> {
         }
     }
 
-    fn settings(
-        &self,
-        set: &BTreeMap<String, Formula>,
-        place: &Place,
-    ) -> Result<Vec<Setting>, Mistake> {
+    fn settings(&self, set: &BTreeMap<String, Formula>, place: &Place) -> Read<Vec<Setting>> {
         let mut settings = Vec::new();
         for (name, value) in set {
             let place = place.key(name);

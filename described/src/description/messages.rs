@@ -7,7 +7,7 @@ use super::scope::Local;
 use super::sending;
 use super::source::{SignalSource, Source, source};
 use super::variables::Variables;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::{Batch, Expression};
 use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
@@ -91,7 +91,7 @@ pub(super) fn ruled(
     layout: Layout,
     rules: &BTreeMap<String, MessageRules>,
     listed: bool,
-) -> Result<Layout, Mistake> {
+) -> Read<Layout> {
     let names: Vec<String> = layout.messages().iter().map(|known| known.name.clone()).collect();
     if let Some(name) = rules.keys().find(|name| !names.contains(name)) {
         let place = Place::file().key("message").key(name);
@@ -115,7 +115,7 @@ pub(super) fn ruled(
     })
 }
 
-fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(), Mistake> {
+fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Read {
     for (name, value) in &rules.initial {
         let place = place.key("initial").key(name);
         if message.sender == Sender::Device {
@@ -129,9 +129,8 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
             let text = format!("`{}` has no signal `{name}`", message.name);
             return Err(Mistake::new(place.name(), text).help(hint::proposal(name, &names)));
         };
-        let value = signal
-            .value_of(value)
-            .map_err(|(text, help)| Mistake::new(place.clone(), text).help(help))?;
+        let value =
+            signal.value_of(value).map_err(|(text, help)| place.mistake(text).help(help))?;
         if !(signal.minimum..=signal.maximum).contains(&value) {
             let Signal { minimum, maximum, ref unit, .. } = *signal;
             let (signal, unit) = (name.clone(), unit.clone());
@@ -150,7 +149,7 @@ pub(super) fn messages(
     variables: &Variables,
     listed: bool,
     files: &mut dyn Files,
-) -> Result<(Vec<Sent>, Vec<Heard>), Mistake> {
+) -> Read<(Vec<Sent>, Vec<Heard>)> {
     let unruled = MessageRules::default();
     let (mut sent, mut heard) = (Vec::new(), Vec::new());
     for (index, message) in layout.messages().iter().enumerate() {
@@ -215,7 +214,7 @@ fn agree(
     messages: &[Message],
     (sent, places): (&[Sent], &dyn Fn(usize) -> Place),
     heard: &[Heard],
-) -> Result<(), Mistake> {
+) -> Read {
     let answers = |busy: bool, question: usize| {
         let answers = sent.iter().filter_map(|sent| sent.answers.as_ref());
         answers.into_iter().any(|answer| answer.busy == busy && answer.question == question)
@@ -271,7 +270,7 @@ fn send(
     rules: &MessageRules,
     variables: &Variables,
     place: &Place,
-) -> Result<Sent, Mistake> {
+) -> Read<Sent> {
     if rules.timeout_s.is_some() {
         let text = format!("`{}` is sent by the device", message.name);
         return Err(Mistake::new(place.key("timeout_s").name(), text)
@@ -299,12 +298,7 @@ fn send(
     })
 }
 
-fn hear(
-    index: usize,
-    message: &Message,
-    rules: &MessageRules,
-    place: &Place,
-) -> Result<Heard, Mistake> {
+fn hear(index: usize, message: &Message, rules: &MessageRules, place: &Place) -> Read<Heard> {
     if let Some(key) = given!(rules; answers, delay_s, when, times, every_s, busy) {
         let text = format!("`{}` is sent by the host", message.name);
         return Err(Mistake::new(place.key(key).name(), text)

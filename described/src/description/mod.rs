@@ -30,7 +30,7 @@ pub(crate) use source::{SignalSource, Source};
 pub(crate) use states::{Law, State};
 pub(crate) use variables::{PART, Variables};
 
-use crate::error::{FileError, Mistake};
+use crate::error::{FileError, Mistake, Read};
 use crate::expression::Batch;
 use crate::file::{File, MachineTable, ParameterTable, StateTable};
 use crate::files::{Files, Texts};
@@ -113,7 +113,7 @@ impl Description {
         Self::build(said, layout, files).map_err(|mistake| mistake.located(file, text))
     }
 
-    fn build(mut said: File, layout: Layout, files: &mut dyn Files) -> Result<Self, Mistake> {
+    fn build(mut said: File, layout: Layout, files: &mut dyn Files) -> Read<Self> {
         let (rules, listed) = (said.message.rules(), said.message.tables().is_some());
         let step_s = said.step_s.unwrap_or(STEP_S);
         let step = parts::seconds(step_s, STEP_S_MIN, &Place::file().key("step_s"))?;
@@ -294,7 +294,7 @@ fn distinct<'a>(
     states: &'a [Entry<'_, StateTable>],
     arrays: [&'a [Family]; 2],
     others: impl Iterator<Item = (&'static str, &'a str)>,
-) -> Result<(), Mistake> {
+) -> Read {
     let of_parameters = parameters.iter().map(|one| ("parameter", one.key, one.name.as_str()));
     let of_states = states.iter().map(|one| ("state", one.key, one.name.as_str()));
     let [of_arrays, of_others] = arrays;

@@ -1,7 +1,7 @@
 //! Parameters: numbers that plans set and sweep.
 
 use super::arrays::{Entry, Family};
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::{is_function, is_reserved};
 use crate::file::{ParameterTable, StateTable};
 use crate::hint;
@@ -62,7 +62,7 @@ pub(super) fn names(
     parameters: &[Entry<'_, ParameterTable>],
     states: &[Entry<'_, StateTable>],
     others: &[(&'static str, &str)],
-) -> Result<(), Mistake> {
+) -> Read {
     let of_parameters =
         parameters.iter().map(|entry| ("parameter", entry.key, entry.name.as_str()));
     let of_states = states.iter().map(|entry| ("state", entry.key, entry.name.as_str()));
@@ -78,7 +78,7 @@ pub(super) fn names(
 }
 
 /// Checks that the name of a variable is a word, and not reserved.
-pub(super) fn name(name: &str, section: &str, place: &Place) -> Result<(), Mistake> {
+pub(super) fn name(name: &str, section: &str, place: &Place) -> Read {
     let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if !name.chars().all(word) || name.chars().next().is_none_or(|c| c.is_ascii_digit()) {
         return Err(Mistake::new(place.name(), format!("`{name}` is not a name"))
@@ -94,7 +94,7 @@ pub(super) fn name(name: &str, section: &str, place: &Place) -> Result<(), Mista
 pub(super) fn parameters(
     entries: &[Entry<'_, ParameterTable>],
     families: &[Family],
-) -> Result<Vec<Parameter>, Mistake> {
+) -> Read<Vec<Parameter>> {
     let array = |place: usize| {
         let has = |family: &&Family| {
             (family.begin..family.begin + family.count as usize).contains(&place)

@@ -1,6 +1,6 @@
 //! Parts that several sections have: times, names of messages, and files.
 
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::files::Files;
 use crate::hint;
 use crate::layout::{Layout, Message, Sender};
@@ -14,7 +14,7 @@ pub(super) const PERIOD_S_MIN: f64 = 50e-6;
 /// Longer than any run: a larger time is a typing mistake.
 const TIME_S_MAX: f64 = 1e6;
 
-pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usize, Mistake> {
+pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Read<usize> {
     let heard = |message: &&Message| message.sender == Sender::Host;
     layout.find(name).filter(|index| layout.messages()[*index].sender == Sender::Host).ok_or_else(
         || {
@@ -27,14 +27,12 @@ pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usi
 }
 
 /// Reads the file that the description names at `place`.
-pub(crate) fn text(files: &mut dyn Files, name: &str, place: &Place) -> Result<String, Mistake> {
-    files
-        .text(name)
-        .map_err(|error| Mistake::new(place.clone(), format!("failed to read `{name}`: {error}")))
+pub(crate) fn text(files: &mut dyn Files, name: &str, place: &Place) -> Read<String> {
+    files.text(name).map_err(|error| place.mistake(format!("failed to read `{name}`: {error}")))
 }
 
 /// Parses a time of a file.
-pub(super) fn seconds(value: f64, least: f64, place: &Place) -> Result<Span, Mistake> {
+pub(super) fn seconds(value: f64, least: f64, place: &Place) -> Read<Span> {
     if (least..=TIME_S_MAX).contains(&value) {
         return Ok(Span::from_secs_f64(value));
     }
@@ -48,8 +46,8 @@ pub(super) fn csv(
     (file, text): (&str, &str),
     place: &Place,
     lines: usize,
-    select: impl FnOnce(&StringRecord) -> Result<Vec<usize>, Mistake>,
-) -> Result<Vec<f64>, Mistake> {
+    select: impl FnOnce(&StringRecord) -> Read<Vec<usize>>,
+) -> Read<Vec<f64>> {
     let failed = |error: csv::Error| Mistake::new(place.clone(), format!("`{file}`: {error}"));
     let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(text.as_bytes());
     let columns = select(reader.headers().map_err(failed)?)?;

@@ -1,17 +1,13 @@
 //! When a message is sent, from its file and its DBC.
 
 use super::parts::{PERIOD_S_MIN, seconds};
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::file::MessageRules;
 use crate::layout::{Message, SendKind};
 use crate::place::{Place, given};
 
 /// Applies the file's period and other send conditions to the message.
-pub(super) fn ruled(
-    message: &mut Message,
-    rules: &MessageRules,
-    place: &Place,
-) -> Result<(), Mistake> {
+pub(super) fn ruled(message: &mut Message, rules: &MessageRules, place: &Place) -> Read {
     let period = rules.period_s.map(|s| seconds(s, PERIOD_S_MIN, &place.key("period_s")));
     let period = period.transpose()?;
     match (rules.send, period) {
@@ -43,7 +39,7 @@ pub(super) fn ruled(
 }
 
 /// Applies the rules for sending after a change.
-fn occasions(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(), Mistake> {
+fn occasions(message: &mut Message, rules: &MessageRules, place: &Place) -> Read {
     let after_change = given!(rules; fast_period_s, fast_times, min_delay_s);
     if let (SendKind::Cyclic, Some(key)) = (message.send.kind, after_change) {
         let text = format!("`{}` is not sent on a change", message.name);

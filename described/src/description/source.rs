@@ -3,7 +3,7 @@
 use super::formula::formula;
 use super::parts;
 use super::scope::Local;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::{Expression, Scope};
 use crate::file::{Formula, SourceTable};
 use crate::files::Files;
@@ -66,7 +66,7 @@ pub(super) fn source(
     scope: &Local<'_>,
     place: &Place,
     files: &mut dyn Files,
-) -> Result<SignalSource, Mistake> {
+) -> Read<SignalSource> {
     let noise = table.noise.unwrap_or(0.0);
     if !(0.0..f64::INFINITY).contains(&noise) {
         let message = format!("the noise cannot be {noise}");
@@ -82,11 +82,10 @@ pub(super) fn source(
         ("heading", table.heading.is_some(), table.model.is_some()),
     ];
     if let Some((key, ..)) = given.iter().find(|(_, given, wanted)| *given && !*wanted) {
-        return Err(Mistake::new(place.key(key).name(), format!("`{key}` has no meaning here"))
-            .help(
-                "`interpolate` and `repeat` are of `steps` and `csv`, `time` and `value` of `csv`, \
+        return Err(place.key(key).name().mistake(format!("`{key}` has no meaning here")).help(
+            "`interpolate` and `repeat` are of `steps` and `csv`, `time` and `value` of `csv`, \
                  `temperature` and `heading` of `model`",
-            ));
+        ));
     }
     let said = said(table, scope, place, files)?;
     let source = match &table.model {
@@ -105,7 +104,7 @@ fn said(
     scope: &Local<'_>,
     place: &Place,
     files: &mut dyn Files,
-) -> Result<Source, Mistake> {
+) -> Read<Source> {
     if !table.in_states.is_empty() {
         if table.steps.is_some() || table.csv.is_some() {
             return Err(Mistake::new(place.key("in").name(), "a signal has one source")
@@ -137,7 +136,7 @@ fn said(
 }
 
 /// Parses the values per state of a machine.
-fn in_states(table: &SourceTable, scope: &Local<'_>, place: &Place) -> Result<Source, Mistake> {
+fn in_states(table: &SourceTable, scope: &Local<'_>, place: &Place) -> Read<Source> {
     let all = place.key("in");
     let mut machines = table.in_states.iter();
     let (Some((machine, said)), None) = (machines.next(), machines.next()) else {
@@ -154,15 +153,14 @@ fn in_states(table: &SourceTable, scope: &Local<'_>, place: &Place) -> Result<So
     let each = states.names.iter().map(|state| match (said.get(state), &table.expression) {
         (Some(given), _) => formula(given, scope, &place_of.key(state)),
         (None, Some(given)) => formula(given, scope, &place.key("expression")),
-        (None, None) => {
-            Err(Mistake::new(place_of.clone(), format!("nothing is said in `{state}`"))
-                .help("add it, or an `expression` for all others"))
-        }
+        (None, None) => Err(place_of
+            .mistake(format!("nothing is said in `{state}`"))
+            .help("add it, or an `expression` for all others")),
     });
     Ok(Source::States(states.slot, each.collect::<Result<_, _>>()?))
 }
 
-fn check(series: &Series, place: &Place) -> Result<(), Mistake> {
+fn check(series: &Series, place: &Place) -> Read {
     let points = &series.points;
     let wrong = |message: String| Err(Mistake::new(place.clone(), message));
     if points.is_empty() || points.len() > SERIES_MAX {
@@ -192,7 +190,7 @@ fn points(
     text: &str,
     columns: [Option<&str>; 2],
     place: &Place,
-) -> Result<Vec<(f64, f64)>, Mistake> {
+) -> Read<Vec<(f64, f64)>> {
     let numbers = parts::csv((file, text), place, SERIES_MAX + 1, |headers| {
         let column = |index: usize| {
             let Some(name) = columns[index] else { return Ok(index) };
@@ -222,20 +220,18 @@ pub(super) fn sensor(
     scope: &Local<'_>,
     place: &Place,
     files: &mut dyn Files,
-) -> Result<Sensor, Mistake> {
-    let unfit = |error: String| {
-        Mistake::new(place.key("model"), format!("failed to use `{file}`: {error}"))
-    };
+) -> Read<Sensor> {
+    let unfit =
+        |error: String| place.key("model").mistake(format!("failed to use `{file}`: {error}"));
     let steps = files.errors(file, unit).map_err(unfit)?;
     // A mistake in an expression of the file is reported at its own place, not at that of the model.
     let mut wrong = None;
     let given = |key: &str, given: &Option<Formula>| match given {
         Some(given) => formula(given, scope, &place.key(key)),
-        None => Err(Mistake::new(
-            place.key("model"),
-            format!("the model reads a {key}, and the signal does not give one"),
-        )
-        .help(format!("add `{key} = \"...\"` to the signal"))),
+        None => Err(place
+            .key("model")
+            .mistake(format!("the model reads a {key}, and the signal does not give one"))
+            .help(format!("add `{key} = \"...\"` to the signal"))),
     };
     let read = steps.read(|name| {
         let seen = match name {

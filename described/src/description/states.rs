@@ -4,7 +4,7 @@ use super::arrays::Entry;
 use super::formula::formula;
 use super::scope::{Local, ParametersOnly};
 use super::variables::Variables;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::Expression;
 use crate::file::StateTable;
 use crate::place::Place;
@@ -34,7 +34,7 @@ pub(super) fn states(
     entries: &[Entry<'_, StateTable>],
     set: &BTreeSet<&str>,
     variables: &Variables,
-) -> Result<(Vec<State>, Vec<usize>), Mistake> {
+) -> Read<(Vec<State>, Vec<usize>)> {
     let all = Place::file().key("state");
     let mut states = Vec::new();
     for entry in entries {
@@ -67,11 +67,10 @@ pub(super) fn states(
     let order = order(&states, variables).map_err(|circle| {
         let path: Vec<_> = circle.iter().map(|index| format!("`{}`", names[*index])).collect();
         let first = names[circle[0]];
-        Mistake::new(
-            all.key(entries[circle[0]].key).key("value"),
-            format!("a circle: {}", path.join(" needs ")),
-        )
-        .help(format!("write `last({first})` for what it was one step before"))
+        all.key(entries[circle[0]].key)
+            .key("value")
+            .mistake(format!("a circle: {}", path.join(" needs ")))
+            .help(format!("write `last({first})` for what it was one step before"))
     })?;
     Ok((states, order))
 }

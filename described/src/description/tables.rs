@@ -1,7 +1,7 @@
 //! Look-up tables of a file.
 
 use super::parts;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::file::LookupTable;
 use crate::files::Files;
 use crate::lookup::Lookup;
@@ -15,7 +15,7 @@ type Points = (Vec<f64>, Vec<f64>, Vec<f64>);
 pub(super) fn tables(
     tables: &BTreeMap<String, LookupTable>,
     files: &mut dyn Files,
-) -> Result<BTreeMap<String, Arc<Lookup>>, Mistake> {
+) -> Read<BTreeMap<String, Arc<Lookup>>> {
     let all = Place::file().key("table");
     let read = |(name, table): (&String, &LookupTable)| {
         let place = all.key(name);
@@ -34,7 +34,7 @@ pub(super) fn tables(
     tables.iter().map(read).collect()
 }
 
-fn points(table: &LookupTable, place: &Place, files: &mut dyn Files) -> Result<Points, Mistake> {
+fn points(table: &LookupTable, place: &Place, files: &mut dyn Files) -> Read<Points> {
     match (&table.x, &table.y, &table.z, &table.csv) {
         (Some(x), Some(y), None, None) => {
             count(y.len(), x.len(), "values", &place.key("y"))?;
@@ -60,14 +60,14 @@ fn points(table: &LookupTable, place: &Place, files: &mut dyn Files) -> Result<P
     }
 }
 
-fn count(found: usize, expected: usize, what: &str, place: &Place) -> Result<(), Mistake> {
+fn count(found: usize, expected: usize, what: &str, place: &Place) -> Read {
     if found == expected {
         return Ok(());
     }
     Err(Mistake::new(place.clone(), format!("{found} {what}, and {expected} points")))
 }
 
-fn axis(points: &[f64], name: &str, place: &Place) -> Result<(), Mistake> {
+fn axis(points: &[f64], name: &str, place: &Place) -> Read {
     if points.len() < 2 {
         return Err(Mistake::new(place.clone(), "an axis has two points or more"));
     }
@@ -84,7 +84,7 @@ fn axis(points: &[f64], name: &str, place: &Place) -> Result<(), Mistake> {
 }
 
 /// Two columns; or, if the first line has numbers after its first cell, the second axis there and the first one below.
-fn from_csv(file: &str, text: &str, place: &Place) -> Result<Points, Mistake> {
+fn from_csv(file: &str, text: &str, place: &Place) -> Read<Points> {
     let (mut y, mut columns) = (Vec::new(), 2);
     let numbers = parts::csv((file, text), place, usize::MAX, |headers| {
         let along: Result<Vec<f64>, _> = headers.iter().skip(1).map(str::parse).collect();

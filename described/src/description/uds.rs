@@ -5,7 +5,7 @@ use super::parameters::{self, Parameter};
 use super::parts::seconds;
 use super::scope::Local;
 use super::variables::Variables;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::expression::Expression;
 use crate::file::{
     AccessTable, DidTable, DtcTable, Formula, NumberTable, RoutineTable, SecurityTable, UdsTable,
@@ -41,7 +41,7 @@ pub(super) fn diagnosis(
     isotp: IsoTp,
     variables: &Variables,
     parameters: &[Parameter],
-) -> Result<Diagnosis, Mistake> {
+) -> Read<Diagnosis> {
     let place = Place::file().key("uds");
     let time = |key: &str, given: Option<f64>, usual: f64| {
         seconds(given.unwrap_or(usual), 0.0, &place.key(key))
@@ -84,7 +84,7 @@ pub(super) fn diagnosis(
 }
 
 /// The sessions by name, `default` included.
-fn sessions(table: &UdsTable, place: &Place) -> Result<BTreeMap<String, u8>, Mistake> {
+fn sessions(table: &UdsTable, place: &Place) -> Read<BTreeMap<String, u8>> {
     let usual = || [("programming", 2), ("extended", 3)].map(|(name, id)| (name.to_owned(), id));
     let mut sessions = table.sessions.clone().unwrap_or_else(|| usual().into());
     for (name, id) in &sessions {
@@ -101,7 +101,7 @@ fn sessions(table: &UdsTable, place: &Place) -> Result<BTreeMap<String, u8>, Mis
 }
 
 /// The number that a key of a table is.
-fn number(key: &str, place: &Place) -> Result<u32, Mistake> {
+fn number(key: &str, place: &Place) -> Read<u32> {
     let number = match key.strip_prefix("0x").or_else(|| key.strip_prefix("0X")) {
         Some(digits) => u32::from_str_radix(digits, 16),
         None => key.parse(),
@@ -112,7 +112,7 @@ fn number(key: &str, place: &Place) -> Result<u32, Mistake> {
 }
 
 /// A diagnostic trouble code: a number of 24 bits, or `P0A0F-16` (SAE J2012).
-fn code(key: &str, place: &Place) -> Result<u32, Mistake> {
+fn code(key: &str, place: &Place) -> Read<u32> {
     let named = || {
         let (code, kind) = key.split_once('-').unwrap_or((key, "00"));
         let system = "PCBU".find(code.chars().next()?)? as u32;
@@ -132,12 +132,12 @@ fn code(key: &str, place: &Place) -> Result<u32, Mistake> {
 }
 
 impl Reader<'_> {
-    fn formula(&self, said: &Formula, place: &Place) -> Result<Expression, Mistake> {
+    fn formula(&self, said: &Formula, place: &Place) -> Read<Expression> {
         let scope = Local { scope: self.variables, index: None, has_parts: false };
         formula(said, &scope, place)
     }
 
-    fn delay(&self, said: &Option<Formula>, place: &Place) -> Result<Expression, Mistake> {
+    fn delay(&self, said: &Option<Formula>, place: &Place) -> Read<Expression> {
         match said {
             Some(said) => self.formula(said, place),
             None => Ok(Expression::constant(0.0)),
@@ -149,8 +149,8 @@ impl Reader<'_> {
         &self,
         tables: &BTreeMap<String, T>,
         place: &Place,
-        read: impl Fn(&Self, &T, &Place) -> Result<V, Mistake>,
-    ) -> Result<BTreeMap<K, V>, Mistake> {
+        read: impl Fn(&Self, &T, &Place) -> Read<V>,
+    ) -> Read<BTreeMap<K, V>> {
         let mut all = BTreeMap::new();
         for (key, table) in tables {
             let place = place.key(key);
@@ -167,13 +167,12 @@ impl Reader<'_> {
         Ok(all)
     }
 
-    fn access(&self, table: &AccessTable, place: &Place) -> Result<Access, Mistake> {
+    fn access(&self, table: &AccessTable, place: &Place) -> Read<Access> {
         let session = |(index, name): (usize, &String)| {
             self.sessions.get(name).copied().ok_or_else(|| {
                 let known: Vec<&str> = self.sessions.keys().map(String::as_str).collect();
                 let place = place.key("sessions").index(index);
-                Mistake::new(place, format!("no session `{name}`"))
-                    .help(hint::proposal(name, &known))
+                place.mistake(format!("no session `{name}`")).help(hint::proposal(name, &known))
             })
         };
         let sessions = table.sessions.as_ref();
@@ -189,7 +188,7 @@ impl Reader<'_> {
     }
 
     /// The services that the server has: those that the file says, and of the others those that have something to do.
-    fn services(&self, table: &UdsTable, place: &Place) -> Result<BTreeMap<u8, Service>, Mistake> {
+    fn services(&self, table: &UdsTable, place: &Place) -> Read<BTreeMap<u8, Service>> {
         let names = SERVICES.map(|(name, _)| name);
         if let Some(name) = table.service.keys().find(|name| !names.contains(&name.as_str())) {
             return Err(Mistake::new(place.key(name).name(), format!("no service `{name}`"))
@@ -217,7 +216,7 @@ impl Reader<'_> {
         Ok(services)
     }
 
-    fn field(&self, table: &NumberTable, place: &Place) -> Result<Field, Mistake> {
+    fn field(&self, table: &NumberTable, place: &Place) -> Read<Field> {
         let scale = (table.scale.unwrap_or(1.0), table.offset.unwrap_or(0.0));
         let number = Number::new(table.kind, scale.0, scale.1).ok_or_else(|| {
             Mistake::new(place.key("scale"), "a scale is finite and not zero")
@@ -230,21 +229,20 @@ impl Reader<'_> {
         Ok(Field { number, value, set: table.set.clone() })
     }
 
-    fn fields(&self, tables: &[NumberTable], place: &Place) -> Result<Vec<Field>, Mistake> {
+    fn fields(&self, tables: &[NumberTable], place: &Place) -> Read<Vec<Field>> {
         let field = |(index, table)| self.field(table, &place.index(index));
         tables.iter().enumerate().map(field).collect()
     }
 
-    fn parameter(&self, name: &str, place: &Place) -> Result<(), Mistake> {
+    fn parameter(&self, name: &str, place: &Place) -> Read {
         if !parameters::named(self.parameters, name).is_empty() {
             return Ok(());
         }
         let known: Vec<&str> = self.parameters.iter().map(|known| known.name.as_str()).collect();
-        Err(Mistake::new(place.clone(), format!("no parameter `{name}`"))
-            .help(hint::proposal(name, &known)))
+        Err(place.mistake(format!("no parameter `{name}`")).help(hint::proposal(name, &known)))
     }
 
-    fn did(&self, table: &DidTable, place: &Place) -> Result<Did, Mistake> {
+    fn did(&self, table: &DidTable, place: &Place) -> Read<Did> {
         let one = match (table.kind, &table.value) {
             (Some(kind), Some(value)) => Some(NumberTable {
                 kind,
@@ -304,7 +302,7 @@ impl Reader<'_> {
         })
     }
 
-    fn security(&self, table: &SecurityTable, place: &Place) -> Result<Security, Mistake> {
+    fn security(&self, table: &SecurityTable, place: &Place) -> Read<Security> {
         let key = table.key.as_ref().ok_or_else(|| {
             Mistake::new(place.name(), "a security level without a `key`")
                 .help("an expression of `seed`: key = \"bit_xor(seed, 0x5A5A5A5A)\"")
@@ -337,7 +335,7 @@ impl Reader<'_> {
         &self,
         table: &BTreeMap<String, Formula>,
         place: &Place,
-    ) -> Result<Vec<(String, Expression)>, Mistake> {
+    ) -> Read<Vec<(String, Expression)>> {
         let setting = |(name, value): (&String, &Formula)| {
             self.parameter(name, &place.key(name).name())?;
             Ok((name.clone(), self.formula(value, &place.key(name))?))
@@ -345,7 +343,7 @@ impl Reader<'_> {
         table.iter().map(setting).collect()
     }
 
-    fn routine(&self, table: &RoutineTable, place: &Place) -> Result<Routine, Mistake> {
+    fn routine(&self, table: &RoutineTable, place: &Place) -> Read<Routine> {
         let stop = table.stop.as_ref().map(|stop| self.settings(stop, &place.key("stop")));
         let results = table.results.as_ref();
         let results = results.map(|results| self.fields(results, &place.key("results")));
@@ -358,16 +356,13 @@ impl Reader<'_> {
         })
     }
 
-    fn dtcs(&self, table: &UdsTable, place: &Place) -> Result<Vec<Dtc>, Mistake> {
+    fn dtcs(&self, table: &UdsTable, place: &Place) -> Read<Vec<Dtc>> {
         let mut dtcs: Vec<Dtc> = Vec::new();
         for (key, table) in &table.dtc {
             let place = place.key(key);
             let code = code(key, &place)?;
             if dtcs.iter().any(|known| known.code == code) {
-                return Err(Mistake::new(
-                    place.name(),
-                    format!("{code:#08x} is in the file twice"),
-                ));
+                return Err(place.name().mistake(format!("{code:#08x} is in the file twice")));
             }
             let DtcTable { failed, debounce_s, warning, .. } = table;
             dtcs.push(Dtc {

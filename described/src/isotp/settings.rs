@@ -1,6 +1,6 @@
 //! Identifiers and parameters of a channel, as files state them.
 
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::place::{Place, given};
 use described_file::{IsoTpTable, NormalFixed};
 use wire::can::{self, DATA_BYTES_MAX, FD_BYTES_MAX, FD_LENGTHS, Id};
@@ -106,7 +106,7 @@ impl IsoTp {
         std::iter::once(self.request).chain(self.functional)
     }
 
-    pub(crate) fn at(table: &IsoTpTable, place: &Place) -> Result<Self, Mistake> {
+    pub(crate) fn at(table: &IsoTpTable, place: &Place) -> Read<Self> {
         Self::new(table).map_err(|(key, text)| Mistake::new(place.key(key), text))
     }
 

@@ -4,12 +4,12 @@
 //! without their address (Modbus RTU): the request tells what they mean.
 
 use super::message::{Carrier, Message, ToldBy};
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::file::{MessageTable, WhileAnswering};
 use crate::place::Place;
 
 /// Compares the last message, that of the last table, with those before it.
-pub(super) fn tell_apart(messages: &mut [Message], tables: &[MessageTable]) -> Result<(), Mistake> {
+pub(super) fn tell_apart(messages: &mut [Message], tables: &[MessageTable]) -> Read {
     let Some((message, before)) = messages.split_last_mut() else { return Ok(()) };
     let last = before.len();
     let place = Place::file().key("message").index(last);

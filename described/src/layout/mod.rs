@@ -45,7 +45,7 @@ pub use signal::Signal;
 use wire::device::Transmit;
 
 use crate::canopen::Dictionary;
-use crate::error::Mistake;
+use crate::error::Read;
 use crate::hint;
 use crate::protection::Verdict;
 use miette::Diagnostic;
@@ -235,10 +235,7 @@ impl Layout {
     }
 
     /// The layout with other periods and start values, set by `change` for each message.
-    pub(crate) fn changed(
-        self,
-        mut change: impl FnMut(usize, &mut Message) -> Result<(), Mistake>,
-    ) -> Result<Self, Mistake> {
+    pub(crate) fn changed(self, mut change: impl FnMut(usize, &mut Message) -> Read) -> Read<Self> {
         let mut messages = self.messages.to_vec();
         for (index, message) in messages.iter_mut().enumerate() {
             change(index, message)?;

@@ -7,7 +7,7 @@ use super::signal::{Signal, Storage};
 use super::text::{Pattern, TextChecksum};
 use super::{Layout, Medium, alike};
 use crate::bits::BitField;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::file::ByteOrder;
 use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable};
 use crate::hint;
@@ -25,10 +25,7 @@ const PRINTED_WITH_EXPONENT_MAX: f64 = 1e38;
 
 impl Layout {
     /// The layout of `[[message]]` tables.
-    pub(crate) fn from_tables(
-        serial: Option<SerialTable>,
-        tables: &[MessageTable],
-    ) -> Result<Self, Mistake> {
+    pub(crate) fn from_tables(serial: Option<SerialTable>, tables: &[MessageTable]) -> Read<Self> {
         let mut messages: Vec<Message> = Vec::new();
         for (index, table) in tables.iter().enumerate() {
             let place = Place::file().key("message").index(index);
@@ -43,14 +40,12 @@ impl Layout {
     }
 }
 
-fn message(table: &MessageTable, serial: bool, place: &Place) -> Result<Message, Mistake> {
+fn message(table: &MessageTable, serial: bool, place: &Place) -> Read<Message> {
     let (carrier, signals) = match (&table.text, serial) {
         (Some(text), true) => line(table, text, place)?,
         (Some(_), false) => {
             let message = "lines of text go over a serial line";
-            return Err(
-                Mistake::new(place.key("text"), message).help("add [serial] with its `baud`")
-            );
+            return Err(place.key("text").mistake(message).help("add [serial] with its `baud`"));
         }
         (None, true) => packet(table, place)?,
         (None, false) => frame(table, place)?,
@@ -65,7 +60,7 @@ fn message(table: &MessageTable, serial: bool, place: &Place) -> Result<Message,
     Ok(Message { doc: table.doc.clone(), ..message })
 }
 
-fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), Mistake> {
+fn frame(table: &MessageTable, place: &Place) -> Read<(Carrier, Vec<Signal>)> {
     unused(
         place,
         "on CAN",
@@ -94,7 +89,7 @@ fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), 
     Ok((Carrier::Frame { id, length, fd }, signals))
 }
 
-fn packet(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), Mistake> {
+fn packet(table: &MessageTable, place: &Place) -> Read<(Carrier, Vec<Signal>)> {
     unused(
         place,
         "on a serial line",
@@ -132,7 +127,7 @@ fn fields(
     first: usize,
     limit: usize,
     place: &Place,
-) -> Result<(Vec<Signal>, usize), Mistake> {
+) -> Read<(Vec<Signal>, usize)> {
     let mut end = first;
     let mut signals = Vec::new();
     for (index, field) in table.fields.iter().enumerate() {
@@ -162,11 +157,7 @@ fn fields(
     Ok((signals, end))
 }
 
-fn line(
-    table: &MessageTable,
-    text: &str,
-    place: &Place,
-) -> Result<(Carrier, Vec<Signal>), Mistake> {
+fn line(table: &MessageTable, text: &str, place: &Place) -> Read<(Carrier, Vec<Signal>)> {
     let of_packets = [
         ("can_id", table.can_id.is_some()),
         ("fd", table.fd),
@@ -223,7 +214,7 @@ fn line(
 }
 
 /// The checksum of a line of text.
-fn text_checksum(table: &MessageTable, place: &Place) -> Result<Option<TextChecksum>, Mistake> {
+fn text_checksum(table: &MessageTable, place: &Place) -> Read<Option<TextChecksum>> {
     let Some(name) = table.trailer() else {
         unused(
             place,
@@ -234,9 +225,8 @@ fn text_checksum(table: &MessageTable, place: &Place) -> Result<Option<TextCheck
     };
     let checksum = Checksum::at(name, &place.key("checksum"))?;
     let byte = |end: char| {
-        let refused = || {
-            Mistake::new(place.key("checksum_between"), format!("`{end}` is no ASCII character"))
-        };
+        let refused =
+            || place.key("checksum_between").mistake(format!("`{end}` is no ASCII character"));
         u8::try_from(end).ok().filter(u8::is_ascii).ok_or_else(refused)
     };
     let between = table.checksum_between.map(|[first, last]| Ok([byte(first)?, byte(last)?]));
@@ -244,12 +234,7 @@ fn text_checksum(table: &MessageTable, place: &Place) -> Result<Option<TextCheck
 }
 
 /// The signal of a field; `limits` are those of the number on the wire.
-fn signal(
-    field: &FieldTable,
-    storage: Storage,
-    limits: (f64, f64),
-    place: &Place,
-) -> Result<Signal, Mistake> {
+fn signal(field: &FieldTable, storage: Storage, limits: (f64, f64), place: &Place) -> Read<Signal> {
     let (factor, offset) = (field.scale.unwrap_or(1.0), field.offset.unwrap_or(0.0));
     let scale = Scale::new(factor, offset).ok_or_else(|| {
         Mistake::new(place.clone(), format!("`{}` has the scale {factor}", field.name))
@@ -269,7 +254,7 @@ fn signal(
 }
 
 /// Refuses keys without a meaning at this place.
-fn unused(place: &Place, where_: &str, keys: &[(&str, bool)]) -> Result<(), Mistake> {
+fn unused(place: &Place, where_: &str, keys: &[(&str, bool)]) -> Read {
     match keys.iter().find(|(_, given)| *given) {
         Some((key, _)) => {
             Err(Mistake::new(place.key(key).name(), format!("`{key}` has no meaning {where_}")))
@@ -299,7 +284,7 @@ impl Coding {
 }
 
 /// Eight data bits, no parity and one stop bit, unless it says otherwise.
-fn settings(of: SerialTable) -> Result<SerialSettings, Mistake> {
+fn settings(of: SerialTable) -> Read<SerialSettings> {
     let plain = SerialSettings::new_8n1(of.baud);
     let place = Place::file().key("serial");
     if of.baud == 0 {

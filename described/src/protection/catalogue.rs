@@ -1,6 +1,6 @@
 //! Checksums by name.
 
-use crate::error::Mistake;
+use crate::error::Read;
 use crate::hint;
 use crate::place::Place;
 use crc::{Algorithm, Crc, NoTable};
@@ -28,11 +28,10 @@ impl Checksum {
     }
 
     /// The checksum whose name is at `place`.
-    pub(crate) fn at(name: &str, place: &Place) -> Result<Self, Mistake> {
+    pub(crate) fn at(name: &str, place: &Place) -> Read<Self> {
         Self::named(name).ok_or_else(|| {
             let known: Vec<_> = Self::names().collect();
-            Mistake::new(place.clone(), format!("no checksum `{name}`"))
-                .help(hint::proposal(name, &known))
+            place.mistake(format!("no checksum `{name}`")).help(hint::proposal(name, &known))
         })
     }
 

@@ -1,7 +1,7 @@
 //! AUTOSAR's profiles: their data ids and the positions of their fields in a message.
 
 use crate::bits::BitField;
-use crate::error::Mistake;
+use crate::error::{Mistake, Read};
 use crate::file::ByteOrder;
 use crate::file::{E2eTable, Profile};
 use crate::layout::message::{Message, Protected};
@@ -9,7 +9,7 @@ use crate::place::Place;
 use crate::protection::{Counter, DataId, E2e, PROFILE_1_COUNTER_MAX, Protection, Seal};
 
 impl Message {
-    pub(super) fn end_to_end(&self, table: &E2eTable, place: &Place) -> Result<Protected, Mistake> {
+    pub(super) fn end_to_end(&self, table: &E2eTable, place: &Place) -> Read<Protected> {
         let profile = table.profile;
         let (counter, counter_field) = self.bits_of(&table.counter, &place.key("counter"))?;
         let (checksum, crc_field) = self.bits_of(&table.checksum, &place.key("checksum"))?;
@@ -85,9 +85,7 @@ impl Message {
         let max_delta = table.max_delta;
         if max_delta.is_some_and(|delta| !(1..=greatest).contains(&delta)) {
             let text = "no such difference of the counter";
-            return Err(
-                Mistake::new(place.key("max_delta"), text).help(format!("from 1 to {greatest}"))
-            );
+            return Err(place.key("max_delta").mistake(text).help(format!("from 1 to {greatest}")));
         }
         let field = counter_field;
         let counting = Counter { field, first, step: 1, greatest, max_delta };
@@ -97,7 +95,7 @@ impl Message {
 }
 
 /// The profile with its data id; the CRC begins in byte `crc_at`, the counter is in `counter_at`.
-fn e2e(table: &E2eTable, crc_at: usize, counter_at: usize, place: &Place) -> Result<E2e, Mistake> {
+fn e2e(table: &E2eTable, crc_at: usize, counter_at: usize, place: &Place) -> Read<E2e> {
     let profile = table.profile;
     let name = profile.name();
     let (one, several) = ("data_id", "data_ids");

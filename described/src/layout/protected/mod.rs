@@ -8,7 +8,7 @@ use super::message::{Carrier, Message, Protected};
 use super::signal::{Signal, Storage};
 use super::{Carried, Layout};
 use crate::bits::BitField;
-use crate::error::{FileError, Mistake};
+use crate::error::{FileError, Mistake, Read};
 use crate::file::{ChecksumTable, CounterTable, ProtectionTable};
 use crate::hint;
 use crate::place::{Place, given};
@@ -44,12 +44,7 @@ impl Layout {
     }
 
     /// Explains a counter or a checksum in a signal that was left out of the message.
-    pub(crate) fn lacks(
-        &self,
-        message: &str,
-        table: &ProtectionTable,
-        place: &Place,
-    ) -> Result<(), Mistake> {
+    pub(crate) fn lacks(&self, message: &str, table: &ProtectionTable, place: &Place) -> Read {
         let counter = table.counter.as_ref().map(|one| (("counter", "signal"), &one.signal));
         let checksum = table.checksum.as_ref().map(|one| (("checksum", "signal"), &one.signal));
         let counted = table.e2e.as_ref().map(|one| (("e2e", "counter"), &one.counter));
@@ -88,11 +83,7 @@ impl Layout {
 
 impl Message {
     /// Applies the protection given in a table at `place`, if any.
-    pub(crate) fn protect(
-        &mut self,
-        table: &ProtectionTable,
-        place: &Place,
-    ) -> Result<(), Mistake> {
+    pub(crate) fn protect(&mut self, table: &ProtectionTable, place: &Place) -> Read {
         let Some(first) = given!(table; counter, checksum, e2e) else { return Ok(()) };
         if matches!(self.carrier, Carrier::Line(_)) {
             let text = format!("`{first}` has no meaning in a line of text");
@@ -129,7 +120,7 @@ impl Message {
         Ok(())
     }
 
-    fn counter(&self, table: &CounterTable, place: &Place) -> Result<(usize, Counter), Mistake> {
+    fn counter(&self, table: &CounterTable, place: &Place) -> Read<(usize, Counter)> {
         let (signal, field) = self.bits_of(&table.signal, &place.key("signal"))?;
         let bits = field.length();
         let most = u64::MAX >> (u64::BITS - bits);
@@ -161,7 +152,7 @@ impl Message {
         Ok((signal, Counter { field, first, step, greatest, max_delta }))
     }
 
-    fn sum(&self, table: &ChecksumTable, place: &Place) -> Result<(usize, FrameSum), Mistake> {
+    fn sum(&self, table: &ChecksumTable, place: &Place) -> Read<(usize, FrameSum)> {
         let checksum = Checksum::at(&table.crc, &place.key("crc"))?;
         let (signal, field) = self.bits_of(&table.signal, &place.key("signal"))?;
         let bits = 8 * checksum.length();
@@ -185,7 +176,7 @@ impl Message {
     }
 
     /// The position of a signal that can hold protection, and its bits relative to [`Message::payload`].
-    fn bits_of(&self, name: &str, place: &Place) -> Result<(usize, BitField), Mistake> {
+    fn bits_of(&self, name: &str, place: &Place) -> Read<(usize, BitField)> {
         let Some(index) = self.signals.iter().position(|known| known.name == name) else {
             let names: Vec<&str> = self.signals.iter().map(|known| known.name.as_str()).collect();
             let text = format!("`{}` has no signal `{name}`", self.name);
