@@ -27,6 +27,7 @@
 
 pub mod bench;
 pub mod build;
+#[cfg(any(test, feature = "by-hand"))]
 pub mod by_hand;
 mod conversation;
 pub mod crossing;
