@@ -4,6 +4,7 @@ use super::placement::far_spec;
 use super::role_port::{PortEvent, RolePort, Traffic};
 use crate::lines::{Place, Places};
 use controller::config::Transport;
+use futures_util::future::select_all;
 use ports::serial::usb;
 use ports::spec::{SerialDevice, SerialSpec};
 use ports::{PortError, PortSpec};
@@ -11,9 +12,7 @@ use record::Device;
 use record::outcome::PortSide;
 use rig::line::EndId;
 use std::collections::BTreeMap;
-use std::future::Future as _;
 use std::sync::Arc;
-use std::task::Poll;
 use wire::can::BitRates;
 use wire::device::Transmit;
 use wire::gyro::GyroFormat;
@@ -196,18 +195,9 @@ impl Ports {
         }
         self.first = (self.first + 1) % count;
         let (before, after) = self.open.split_at_mut(self.first);
-        let mut waiting: Vec<_> =
-            after.iter_mut().chain(before).map(|open| Box::pin(open.port.next())).collect();
-        let first = self.first;
-        std::future::poll_fn(move |context| {
-            for (index, port) in waiting.iter_mut().enumerate() {
-                if let Poll::Ready(event) = port.as_mut().poll(context) {
-                    return Poll::Ready(((first + index) % count, event));
-                }
-            }
-            Poll::Pending
-        })
-        .await
+        let waiting = after.iter_mut().chain(before).map(|open| Box::pin(open.port.next()));
+        let (event, index, _) = select_all(waiting).await;
+        ((self.first + index) % count, event)
     }
 
     pub(super) fn name(&self, role: &str) -> &str {

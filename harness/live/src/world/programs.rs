@@ -7,10 +7,9 @@ use super::ports::Wiring;
 use crate::command::fill;
 use crate::lines::Places;
 use crate::process::{DeviceProcess, ProcessEvent, log_file};
+use futures_util::future::select_all;
 use std::fmt;
-use std::future::Future as _;
 use std::path::{Path, PathBuf};
-use std::task::Poll;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Program {
@@ -91,7 +90,7 @@ impl Programs {
     /// Waits until one of them ends. Cancel-safe.
     pub(super) async fn heard(&mut self) -> Heard {
         let running = self.all.iter_mut().filter(|one| !one.ended);
-        let mut waiting: Vec<_> = running
+        let waiting: Vec<_> = running
             .filter_map(|Started { node, process, ended, .. }| {
                 let process = process.as_mut()?;
                 Some(Box::pin(async move {
@@ -105,15 +104,10 @@ impl Programs {
                 }))
             })
             .collect();
-        std::future::poll_fn(move |context| {
-            for one in &mut waiting {
-                if let Poll::Ready(heard) = one.as_mut().poll(context) {
-                    return Poll::Ready(heard);
-                }
-            }
-            Poll::Pending
-        })
-        .await
+        if waiting.is_empty() {
+            return std::future::pending().await;
+        }
+        select_all(waiting).await.0
     }
 
     pub(super) fn processes(&self) -> impl Iterator<Item = u32> {
