@@ -10,6 +10,7 @@ use super::line::EndId;
 use super::node::Part;
 use super::robot::Robot;
 use super::simulate::Simulation;
+use super::touched::Touched;
 use crate::bench::{Bench, Carrier};
 use crate::crossing::{Crossing, CrossingFailure};
 use crate::engine::{Ending, Engine};
@@ -116,7 +117,9 @@ impl ByHand {
     }
 
     pub fn command(&mut self, mission: Mission) {
-        self.simulation.command(mission);
+        self.simulation.show(&Seen::Told(&mission));
+        self.simulation.order(mission);
+        self.simulation.touched = Touched::ALL;
         self.settle();
     }
 
@@ -179,7 +182,7 @@ impl ByHand {
     }
 
     fn robot(&mut self) -> Option<&mut Robot> {
-        self.simulation.touch_all();
+        self.simulation.touched = Touched::ALL;
         self.simulation.rig.robot_mut()
     }
 

@@ -146,12 +146,6 @@ impl Simulation {
         self.touched.0 |= Touched::PLAN;
     }
 
-    pub(super) fn command(&mut self, mission: Mission) {
-        self.show(&Seen::Told(&mission));
-        self.order(mission);
-        self.touch_all();
-    }
-
     /// Shows an event to the monitor, after the truth of now.
     pub(super) fn show(&mut self, seen: &Seen<'_>) {
         let Some(watch) = &mut self.watch else { return };
@@ -161,12 +155,7 @@ impl Simulation {
         watch.see(self.now, seen);
     }
 
-    /// Marks every node as touched.
-    pub(super) const fn touch_all(&mut self) {
-        self.touched = Touched::ALL;
-    }
-
-    fn order(&mut self, mission: Mission) {
+    pub(super) fn order(&mut self, mission: Mission) {
         let machine = self.rig.nodes.iter_mut().find_map(|node| match &mut node.part {
             Part::Controller(machine) => Some(machine),
             _ => None,

@@ -1,7 +1,7 @@
 //! A faulty CAN bus: frames of unwanted nodes, bit errors, and frames that get lost in a controller.
 
 use super::CanBus;
-use super::confinement::{ErrorCounters, ErrorState};
+use super::confinement::ErrorState;
 use super::effect::{Effect, Passed};
 use super::nodes::{Nodes, StateChange};
 use crate::link::end_id::EndId;
@@ -157,11 +157,6 @@ impl CanBus {
     /// Takes the next change of a node's error state.
     pub fn state_change(&mut self) -> Option<StateChange> {
         self.faulty.as_mut()?.nodes.change()
-    }
-
-    /// Error counters of a node; zero if the bus never had a fault.
-    pub fn error_counters(&self, node: EndId) -> ErrorCounters {
-        self.faulty.as_ref().map_or_else(Default::default, |faulty| faulty.nodes.counters(node))
     }
 
     /// Time of the next event other than the end of the frame on the bus.

@@ -1,7 +1,15 @@
 //! Effect of each bus fault on frames, their times and the nodes' counters.
 
 use super::{CanBus, CanFrame, Chance, EndId, ErrorState, FaultKind, Span, StateChange, Timestamp};
+use crate::link::ErrorCounters;
 use wire::can::{BitRates, Id, StandardId};
+
+impl CanBus {
+    /// Error counters of a node; zero if the bus never had a fault.
+    fn error_counters(&self, node: EndId) -> ErrorCounters {
+        self.faulty.as_ref().map_or_else(Default::default, |faulty| faulty.nodes.counters(node))
+    }
+}
 
 const HOST: EndId = EndId(0);
 const BASE: EndId = EndId(1);
