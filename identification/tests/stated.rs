@@ -2,7 +2,7 @@
 //! what adds up, a reference that has ended, a field that stands still.
 
 use crate::set_right::{change, effect, found, robot, shaken};
-use identification::dataset::{Column, Constant, Dataset, Kind, Role, Unit};
+use identification::dataset::{Column, Constant, Dataset, Drive, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};
 use identification::identify::{Options, identify, predict};
 use rand::SeedableRng;
@@ -60,6 +60,67 @@ fn millimetres_and_edges_of_encoders_are_told_by_name() {
         let told = effect(&finding, "encoder_decoding");
         assert_eq!(told.drivers, ["encoder_ticks_per_revolution"]);
         assert_eq!(told.parameters[0].value, stated);
+    }
+}
+
+/// A car on a nearly straight road, whose turns are less than the noise of the reference's heading.
+fn straight() -> Dataset {
+    const ROWS: usize = 400;
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(11);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut columns: [Vec<f64>; 6] = Default::default();
+    for _ in 0..8 {
+        let (mut x, mut y, mut heading) = (0.0, 0.0, 0.1 * draw());
+        for row in 0..ROWS {
+            let (speed, rate) =
+                (20.0 + 3.0 * (row as f64 / 60.0).sin(), 0.01 * (row as f64 / 40.0).cos());
+            if row > 0 {
+                heading += 0.05 * rate;
+                x += 0.05 * speed * f64::cos(heading);
+                y += 0.05 * speed * f64::sin(heading);
+            }
+            let sides = [speed - 0.75 * rate, speed + 0.75 * rate];
+            let pose = [x + 0.02 * draw(), y + 0.02 * draw(), heading + 0.003 * draw()];
+            let values = [row as f64 * 0.05, sides[0], sides[1], pose[0], pose[1], pose[2]];
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+    }
+    let named = [
+        ("time", Role::Time, Unit::Second),
+        ("left", Role::WheelLeft, Unit::MetrePerSecond),
+        ("right", Role::WheelRight, Unit::MetrePerSecond),
+        ("x", Role::ReferenceX, Unit::Metre),
+        ("y", Role::ReferenceY, Unit::Metre),
+        ("heading", Role::ReferenceHeading, Unit::Radian),
+    ];
+    let columns = named.into_iter().zip(columns);
+    let columns = columns.map(|((name, role, unit), v)| Column::new(name, role, unit, v)).collect();
+    let runs = (0..8 * ROWS).map(|row| row / ROWS).collect();
+    let mut car = Dataset::new("car", Kind::Odometry, columns, runs);
+    car.drive = Some(Drive::Differential);
+    let constants = [("wheelbase", 1.5, Unit::Metre), ("mean_speed", 1.0, Unit::One)];
+    let constants =
+        constants.map(|(name, value, unit)| (name.to_owned(), Constant { value, unit }));
+    car.constants.extend(constants);
+    car
+}
+
+/// On a straight road the turn tells nothing of a unit, and the distance all.
+#[test]
+fn units_are_told_on_a_straight_road() {
+    let named = |dataset: &Dataset| -> Vec<(Vec<String>, f64)> {
+        let finding = found(dataset).finding;
+        // A heading that is 0.003 rad off where a run begins is a metre off after 400.
+        assert!(finding.held_out.after < 2.0, "{:?}", finding.held_out);
+        let wrong = finding.effects.into_iter().filter(|effect| effect.name == "wrong_unit");
+        wrong.map(|effect| (effect.drivers, effect.parameters[0].value)).collect()
+    };
+    assert_eq!(named(&straight()), []);
+    for (fields, times) in [(["left", "right"], 1e3), (["left", "right"], 3.6), (["x", "y"], 1e3)] {
+        let mut wrong = straight();
+        fields.iter().for_each(|name| change(&mut wrong, name, |value| times * value));
+        let all = fields.map(|name| (vec![name.to_owned()], times));
+        assert_eq!(named(&wrong), all);
     }
 }
 

@@ -19,6 +19,9 @@ const LEAVES_MAX: f64 = 0.5;
 const GAIN: f64 = 0.01;
 /// A package that leaves less of it is read rightly.
 const LEAVES_LITTLE: f64 = 0.1;
+/// Share of the turn that the best reading leaves where noise is most of it, as on a straight road: the distance alone tells
+/// there.
+const TURN_TELLS: f64 = 0.5;
 
 /// One mistake, or several, and what it does to what is compared.
 #[derive(Clone)]
@@ -49,12 +52,12 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
     }
     let stated =
         Seen::new(&legs, &Wheels::new(dataset)?, poses).leaves(AS_STATED, (1.0, 1.0), DISTANCE);
-    if stated < LEAVES_LITTLE {
+    if stated.of_both() < LEAVES_LITTLE {
         return None;
     }
     let (wheels, frames) = (wheels(dataset), frames(dataset));
     let sizes = sizes(dataset);
-    let mut tried: Vec<(f64, Vec<Correction>)> = Vec::new();
+    let mut tried: Vec<(Leaves, Vec<Correction>)> = Vec::new();
     let given = added_up(dataset).into_iter().chain(one_wheel(dataset));
     for given in std::iter::once(Reading::new(Vec::new(), ())).chain(given) {
         let said = Wheels::new(&applied(dataset, &given.corrections))?;
@@ -77,6 +80,14 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
             }
         }
     }
+    let least = tried.iter().map(|(leaves, _)| leaves.turn).fold(f64::INFINITY, f64::min);
+    let of = if least < TURN_TELLS { Leaves::of_both } else { |leaves: &Leaves| leaves.distance };
+    let stated = of(&stated);
+    if stated < LEAVES_LITTLE {
+        return None;
+    }
+    let mut tried: Vec<(f64, Vec<Correction>)> =
+        tried.into_iter().map(|(leaves, corrections)| (of(&leaves), corrections)).collect();
     tried.sort_by_key(|(_, corrections)| corrections.len());
     // What is right leaves so little that more corrections gain nothing.
     let better = |best: (f64, Vec<Correction>), one: (f64, Vec<Correction>)| {
@@ -88,6 +99,18 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
     let is_factor = |one: &Correction| matches!(one.fault, Fault::WrongUnit | Fault::AddedUp);
     let limit = if corrections.iter().any(is_factor) { LEAVES_MAX / 2.0 } else { LEAVES_MAX };
     (leaves < limit * stated.min(1.0)).then_some(corrections)
+}
+
+/// Shares of the reference's turn and distance that the wheels leave.
+struct Leaves {
+    turn: f64,
+    distance: f64,
+}
+
+impl Leaves {
+    fn of_both(&self) -> f64 {
+        (self.turn + self.distance) / 2.0
+    }
 }
 
 /// Motion over legs by the wheels and by the reference.
@@ -110,13 +133,13 @@ impl Seen {
         }
     }
 
-    /// Share of the reference's motion that the wheels leave if they are read so, and the distance is within `range` of theirs.
+    /// Shares of the reference's motion that the wheels leave if they are read so, and the distance is within `range` of theirs.
     fn leaves(
         &self,
         (distance, side, crossed): Wheel,
         (far, around): Size,
         range: [f64; 2],
-    ) -> f64 {
+    ) -> Leaves {
         let (ahead, turn) = match crossed {
             true => (&self.side, &self.distance),
             false => (&self.distance, &self.side),
@@ -125,7 +148,8 @@ impl Seen {
         let [low, high] = times(side / self.metres_per_radian * around, TURN);
         let turn = leaves(turn, &self.turned, [low.min(high), low.max(high)]);
         let [low, high] = times(distance * far, range);
-        (turn + leaves(ahead, &self.along, [low.min(high), low.max(high)])) / 2.0
+        let distance = leaves(ahead, &self.along, [low.min(high), low.max(high)]);
+        Leaves { turn, distance }
     }
 }
 
@@ -252,10 +276,11 @@ fn is_count(corrections: &[Correction]) -> bool {
     corrections.iter().any(|one| EDGES.contains(&one.value))
 }
 
-/// Metres in millimetres: of the reference, of the wheels, of the distance between them; radians of the wheels in degrees;
-/// and encoders whose edges count four times, or once in four.
+/// Metres in millimetres: of the reference, of the wheels, of the distance between them; speeds of the wheels in km/h; radians
+/// of the wheels in degrees; and encoders whose edges count four times, or once in four.
 fn sizes(dataset: &Dataset) -> Vec<Reading<Size>> {
     const MILLI: f64 = 1e3;
+    const KMH: f64 = 3.6;
     let of_field = |factor: f64, role: Role| {
         name(dataset, role).map(|field| Correction::exact(Fault::WrongUnit, &field, factor))
     };
@@ -305,6 +330,10 @@ fn sizes(dataset: &Dataset) -> Vec<Reading<Size>> {
         let corrections = if ticks.is_empty() { per_count } else { ticks };
         found.push(Reading::new(corrections, (1.0 / times, 1.0 / times)));
     }
+    let is_speed = |one: &&Column| one.unit.dimension() == Dimension::Speed;
+    let of = |one: &Column| Correction::exact(Fault::WrongUnit, &one.name, KMH);
+    let speeds = wheels_of(dataset).filter(is_speed).map(of).collect();
+    found.push(Reading::new(speeds, (1.0 / KMH, 1.0 / KMH)));
     let degrees = 1.0 / Unit::Degree.si();
     let turns = |one: &&Column| matches!(one.unit, Unit::Radian | Unit::RadianPerSecond);
     let of = |one: &Column| Correction::exact(Fault::DegreesForRadians, &one.name, degrees);
