@@ -40,8 +40,12 @@ fn begin_s(fault: &Fault) -> f64 {
 impl Executor for Needs {
     fn execute(&self, case: &Case) -> CaseResult {
         let is_enough = |fault: &Fault| {
-            let end_s = begin_s(fault) + lasting_s(fault);
-            fault.what.name() == self.kind && begin_s(fault) <= self.from_s && self.to_s <= end_s
+            // Nanoseconds: a fault that ends where it must is long enough, whatever the sum of its seconds is rounded to.
+            let nanos = |seconds: f64| (1e9 * seconds).round() as i64;
+            let (begin, lasting) = (nanos(begin_s(fault)), nanos(lasting_s(fault)));
+            let is_in_time =
+                begin <= nanos(self.from_s) && nanos(self.to_s) <= begin.saturating_add(lasting);
+            fault.what.name() == self.kind && is_in_time
         };
         let mut result = CaseResult::ended("passed");
         if case.schedule.faults.iter().any(is_enough) {
@@ -87,6 +91,18 @@ fn a_fault_that_matters_at_its_end_begins_as_late_as_it_can() {
             assert!(needs.execute(&shrunk.case).breaks(HELD), "{left:?}");
         }
     }
+}
+
+/// Found by the property below: its end fell on the instant that matters, and no later begin was enough by a rounding error.
+#[test]
+fn a_fault_that_ends_at_the_instant_that_matters_begins_later() {
+    let needs = Needs { kind: "refuse_commands", from_s: 18.483, to_s: 18.504, deadline_s: 0.0 };
+    let when = When::Step { phase: Name::new("idle").unwrap(), number: 1, after: Span::ZERO };
+    let case = case(fault(needs.kind, when, 15.489));
+    let result = needs.execute(&case);
+    let shrunk = shrink(&needs, &case, &result, HELD, RUNS_MAX);
+    let [left] = shrunk.case.schedule.faults.as_slice() else { panic!("{shrunk:?}") };
+    assert!(lasting_s(left) <= 2.5 * 0.021, "{left:?}");
 }
 
 proptest! {
