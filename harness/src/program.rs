@@ -56,13 +56,25 @@ impl Programs {
         program: &ControllerProgram,
         config: &Config,
     ) -> Box<dyn HostedController> {
-        #[cfg(feature = "programs")]
-        let started =
-            live::program::start_controller((self.log.as_deref(), &self.stop), program, config);
-        #[cfg(not(feature = "programs"))]
-        let started: Result<Box<dyn HostedController>, _> =
-            Err(format!("{program:?} of {config:?}: built without `programs`"));
-        started.unwrap_or_else(|why| Box::new(Absent(Some(why))))
+        self.started(program, config).unwrap_or_else(|why| Box::new(Absent(Some(why))))
+    }
+
+    #[cfg(feature = "programs")]
+    fn started(
+        &self,
+        program: &ControllerProgram,
+        config: &Config,
+    ) -> Result<Box<dyn HostedController>, String> {
+        live::program::start_controller((self.log.as_deref(), &self.stop), program, config)
+    }
+
+    #[cfg(not(feature = "programs"))]
+    fn started(
+        &self,
+        program: &ControllerProgram,
+        config: &Config,
+    ) -> Result<Box<dyn HostedController>, String> {
+        Err(format!("{program:?} of {config:?}: built without `programs`"))
     }
 }
 
