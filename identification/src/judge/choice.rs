@@ -14,6 +14,8 @@ pub(crate) struct Standing<'a> {
     pub metrics: &'a [Metric],
     /// Its error from one reading to the next, where the residual is noise.
     pub innovation: Option<&'a Metric>,
+    /// Whether its metrics are errors of single readings, and not of the ends of runs.
+    pub of_readings: bool,
 }
 
 /// Two errors count as equal when they differ by no more than this many standard errors.
@@ -57,7 +59,7 @@ fn tolerated(rich: &Metric, simple: &Metric) -> f64 {
 
 /// Whether model `rich` is worse than `simple` in some metric, beyond the standard error.
 fn is_worse(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
-    let is_noise = rich.innovation.is_some();
+    let (is_noise, of_readings) = (rich.innovation.is_some(), rich.of_readings);
     let exceeds = |rich: &Metric, simple: &Metric, margin: f64| {
         let (more, _) = rich.errors.beyond(&simple.errors);
         more > 0.0 && !(more <= margin)
@@ -65,7 +67,12 @@ fn is_worse(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
     let mut metrics = rich.metrics.iter().zip(simple.metrics);
     let mut innovations = rich.innovation.iter().zip(simple.innovation);
     metrics.any(|(rich, simple)| {
-        let margin = if is_noise { tolerated(rich, simple) } else { paired(rich, simple) };
+        let margin = match (is_noise, of_readings) {
+            (false, _) => paired(rich, simple),
+            (true, true) => tolerated(rich, simple),
+            // The ends of runs have errors of the reference, in which no model differs.
+            (true, false) => margin(rich, simple),
+        };
         exceeds(rich, simple, margin)
     }) || innovations.any(|(rich, simple)| exceeds(rich, simple, paired(rich, simple)))
 }
@@ -158,6 +165,7 @@ pub(crate) fn nested(path: &[Standing<'_>]) -> Vec<Metric> {
                 unnamed: one.unnamed,
                 metrics,
                 innovation: innovation.as_ref(),
+                of_readings: one.of_readings,
             })
             .collect();
         let chosen = path[choose(&standings)];
@@ -205,6 +213,7 @@ mod tests {
                 unnamed: 0,
                 metrics: &all[..ends],
                 innovation: all.get(ends),
+                of_readings: true,
             })
             .collect()
     }
@@ -241,6 +250,9 @@ mod tests {
         assert_eq!((chosen(&unlucky, true), chosen(&unlucky, false)), (1, 0));
         let bad = [plain, rich([4.8, 2.6, 6.8, 4.9])];
         assert_eq!((chosen(&bad, true), chosen(&bad, false)), (0, 0), "each run is a tenth worse");
+        let mut ends = standings(&bad, true);
+        ends.iter_mut().for_each(|one| one.of_readings = false);
+        assert_eq!(choose(&ends), 1, "ends of runs have errors of the reference");
     }
 
     #[test]

@@ -189,6 +189,7 @@ fn reported(
             unnamed: step.state.terms.iter().filter(|term| !term.known).count(),
             metrics: &step.metrics,
             innovation: innovations.get(index),
+            of_readings: richest.data.block.aggregate == Aggregate::Row,
         })
         .collect();
     let chosen = choose(&standings);
