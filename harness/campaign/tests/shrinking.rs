@@ -28,24 +28,22 @@ fn lasting_s(fault: &Fault) -> f64 {
     fault.lasting().map_or(f64::INFINITY, Span::as_secs_f64)
 }
 
-fn begin_s(fault: &Fault) -> f64 {
+fn begin(fault: &Fault) -> Span {
+    let phase = Span::from_secs_f64(PHASE_S);
     match &fault.when {
-        When::Always => 0.0,
-        When::At(at) => at.as_secs_f64(),
-        When::Step { after, .. } => PHASE_S + after.as_secs_f64(),
-        When::During { .. } => PHASE_S,
+        When::Always => Span::ZERO,
+        When::At(at) => *at,
+        When::Step { after, .. } => phase + *after,
+        When::During { .. } => phase,
     }
 }
 
 impl Executor for Needs {
     fn execute(&self, case: &Case) -> CaseResult {
         let is_enough = |fault: &Fault| {
-            // Nanoseconds: a fault that ends where it must is long enough, whatever the sum of its seconds is rounded to.
-            let nanos = |seconds: f64| (1e9 * seconds).round() as i64;
-            let (begin, lasting) = (nanos(begin_s(fault)), nanos(lasting_s(fault)));
-            let is_in_time =
-                begin <= nanos(self.from_s) && nanos(self.to_s) <= begin.saturating_add(lasting);
-            fault.what.name() == self.kind && is_in_time
+            let end = begin(fault) + fault.lasting().unwrap_or(Span::MAX);
+            let [from, to] = [self.from_s, self.to_s].map(Span::from_secs_f64);
+            fault.what.name() == self.kind && begin(fault) <= from && to <= end
         };
         let mut result = CaseResult::ended("passed");
         if case.schedule.faults.iter().any(is_enough) {

@@ -33,8 +33,8 @@ struct Encoded<K> {
     kind: K,
 }
 
-/// Replaces the content of `buffer` with the payload of a record, whose kind may be borrowed. The time difference wraps, so any instant can be
-/// encoded.
+/// Replaces the content of `buffer` with the payload of a record, whose kind may be borrowed. The time difference wraps,
+/// so any instant can be encoded.
 pub(super) fn encode(
     buffer: &mut Vec<u8>,
     last: Timestamp,

@@ -1,6 +1,6 @@
 //! Delays in sentences.
 
-use super::phrases::of_axis;
+use super::phrases::{is_in_rows, of_axis};
 use crate::finding::Effect;
 use crate::late::SENSOR_LATE_MAX;
 use crate::units::{short, unit_of_time};
@@ -20,7 +20,7 @@ pub(super) fn delay(effects: &[&Effect]) -> Option<String> {
     if !(late || sizes.iter().all(|size| *size < 0.0)) || ends.1 > SAME_DELAY * ends.0 {
         return None;
     }
-    let is_of_rows = effects.iter().all(|effect| effect.parameters[0].unit == "1");
+    let is_of_rows = effects.iter().all(|effect| is_in_rows(&effect.parameters[0]));
     let (unit, one) = if is_of_rows { ("rows", 1.0) } else { unit_of_time(ends.1) };
     let [low, high] = [ends.0, ends.1].map(|size| short(size / one));
     let size = if low == high { low } else { format!("{low} to {high}") };

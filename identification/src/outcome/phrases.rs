@@ -48,13 +48,18 @@ pub(super) fn number(effect: &Effect, name: &str) -> String {
     effect.parameters.iter().find(|one| one.name == name).map_or_else(String::new, with_unit)
 }
 
-/// A time of the effect: in rows where the record has no times.
+/// A time of the effect.
 pub(super) fn time(effect: &Effect, name: &str) -> String {
     let found = effect.parameters.iter().find(|one| one.name == name);
-    found.map_or_else(String::new, |one| match one.unit.as_str() {
-        "1" => format!("{} rows", short(one.value)),
-        _ => with_unit(one),
+    found.map_or_else(String::new, |one| match is_in_rows(one) {
+        true => format!("{} rows", short(one.value)),
+        false => with_unit(one),
     })
+}
+
+/// Whether a time of an effect counts rows, as where the record has no times.
+pub(super) fn is_in_rows(time: &Parameter) -> bool {
+    time.unit == "1"
 }
 
 pub(super) fn with_unit(parameter: &Parameter) -> String {

@@ -2,7 +2,7 @@
 
 use super::delay::{delay, is_delay};
 use super::phrases::{
-    number, of_axis, plain, quantity, seen, subject, time, why_it_drifts, with_unit,
+    is_in_rows, number, of_axis, plain, quantity, seen, subject, time, why_it_drifts, with_unit,
 };
 use super::polynomial::is_polynomial;
 use crate::dataset::Drive;
@@ -230,9 +230,9 @@ fn by_form(effect: &Effect, value: f64, size: &str, unit: &str) -> String {
         }
         "step" => {
             let at = effect.parameters.iter().find(|one| one.name == "at");
-            let at = at.map_or_else(String::new, |at| match at.unit.as_str() {
-                "1" => format!(" at row {}", short(at.value)),
-                unit => format!(" at {} {unit}", short(at.value)),
+            let at = at.map_or_else(String::new, |at| match is_in_rows(at) {
+                true => format!(" at row {}", short(at.value)),
+                false => format!(" at {} {}", short(at.value), at.unit),
             });
             format!("{subject} jumps by {size}{at}.")
         }
