@@ -10,7 +10,7 @@ use plan::faults::{Fault, FaultKind, Lasts, Schedule, Toward, When};
 use std::collections::BTreeSet;
 use wire::time::Span;
 
-/// Number of bisections towards the smallest number that still breaks, at most.
+/// Number of bisections towards zero, at most: no number is a tenth above it.
 const HALVINGS: usize = 6;
 /// A number that is smaller by less than this share is not worth a run.
 const LEAST_GAIN: f64 = 0.1;
@@ -331,10 +331,9 @@ impl<E: Executor> Shrinker<'_, E> {
                 return false;
             }
         }
-        for _ in 0..HALVINGS {
-            if breaks <= (1.0 + LEAST_GAIN) * holds {
-                break;
-            }
+        let mut halvings = 0;
+        while breaks > (1.0 + LEAST_GAIN) * holds && (least > 0.0 || halvings < HALVINGS) {
+            halvings += 1;
             let middle = if holds > 0.0 { (holds * breaks).sqrt() } else { 0.5 * (holds + breaks) };
             if self.with(index, |fault| set(fault, middle)) {
                 breaks = middle;

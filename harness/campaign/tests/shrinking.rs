@@ -103,6 +103,19 @@ fn a_fault_that_ends_at_the_instant_that_matters_begins_later() {
     assert!(lasting_s(left) <= 2.5 * 0.021, "{left:?}");
 }
 
+/// Found by the property below: of four decades and more, six bisections left a fifth too much, and 8 s became 20 s.
+#[test]
+fn a_length_of_many_decades_is_found_to_a_tenth() {
+    let needs = Needs { kind: "refuse_commands", from_s: 40.676, to_s: 48.666, deadline_s: 0.0 };
+    let after = Span::from_millis(144);
+    let when = When::Step { phase: Name::new("idle").unwrap(), number: 1, after };
+    let case = case(fault(needs.kind, when, 57.339));
+    let result = needs.execute(&case);
+    let shrunk = shrink(&needs, &case, &result, HELD, RUNS_MAX);
+    let [left] = shrunk.case.schedule.faults.as_slice() else { panic!("{shrunk:?}") };
+    assert!(lasting_s(left) <= 10.0, "{left:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
