@@ -21,10 +21,12 @@ mod drift;
 mod matrix;
 #[cfg(test)]
 mod tests;
+mod travel;
 
 use crate::mission::Uncertainty;
 use drift::Drift;
 use matrix::{STATES, Symmetric, Vector};
+use travel::Travel;
 use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Length};
 
@@ -55,13 +57,8 @@ const SCALE_RMS: f64 = 0.02 / 360.0;
 const TURN_SCALE_RMS: f64 = 0.011;
 /// See [`TURN_SCALE_RMS`]; rad/m.
 const LEAKAGE_RMS: f64 = 0.125 * RAD_PER_DEG;
-/// Variation of these errors from drive to drive: a tenth. Assumption.
-const DRIVE_SHARE: f64 = 0.1;
 /// The K2A's heading has steps of 0.3 deg (the paper): uniform distribution.
 const STEP_RMS: f64 = 0.3 * RAD_PER_DEG / 3.464_101_615;
-/// The base's path has steps of 0.1 mm on the wire and the base stands while it is read. Assumption: a millimetre a
-/// stop.
-const STOP_RMS_M: f64 = 0.001;
 /// The filter rejects a measurement that is off by more standard deviations than this: one good one in 2,000.
 const GATE: f64 = 3.5;
 /// After this many rejections of one kind in a row the filter itself is wrong.
@@ -137,11 +134,10 @@ pub(crate) struct Kalman {
     reading_variance: f64,
     period_s: f64,
     last: Option<Timestamp>,
-    /// Turn by the gyro and path since a pose was set, and both at the last measurement of the odometry.
-    turned: f64,
-    path: f64,
-    turned_before: f64,
-    path_before: f64,
+    /// Motion since a pose was set.
+    travelled: Travel,
+    /// Motion since the last measurement of the odometry.
+    drive: Travel,
     /// Rejections in a row, of each kind.
     let_go: [u32; 2],
 }
@@ -163,10 +159,8 @@ impl Kalman {
             reading_variance: spread.rad_per_s() * spread.rad_per_s(),
             period_s,
             last: None,
-            turned: 0.0,
-            path: 0.0,
-            turned_before: 0.0,
-            path_before: 0.0,
+            travelled: Travel::default(),
+            drive: Travel::default(),
             let_go: [0; 2],
         }
     }
@@ -183,8 +177,7 @@ impl Kalman {
         }
         self.covariance.set_variance(OFFSET, STEP_RMS * STEP_RMS);
         self.believed[OFFSET] = 0.0;
-        (self.turned, self.path) = (0.0, 0.0);
-        (self.turned_before, self.path_before) = (0.0, 0.0);
+        (self.travelled, self.drive) = (Travel::default(), Travel::default());
     }
 
     /// The estimated bias.
@@ -229,10 +222,8 @@ impl Kalman {
             return Err(Fault::PathJumped);
         }
         self.last = Some(step.now);
-        let (sin, cos) = (step.heading.sin(), step.heading.cos());
+        self.travel(&Travel::new(step.turned, step.path, step.heading));
         let covariance = &mut self.covariance;
-        covariance.add_to(X, &[(HEADING, -path * sin)]);
-        covariance.add_to(Y, &[(HEADING, path * cos)]);
         let mut from = [(CONSTANT, -free_s); DRIFTS + 2];
         let drifts = DRIFT_S.map(|correlation_s| Drift::over(passed_s / correlation_s));
         let mut bias = self.believed[CONSTANT];
@@ -256,8 +247,6 @@ impl Kalman {
             );
             self.believed[state] *= drift.left;
         }
-        self.turned += turned;
-        self.path += path;
         let by_bias = (step.bias.rad_per_s() - bias) * free_s;
         let heading = Angle::from_rad(by_bias - self.believed[SCALE] * turned);
         self.checked(Correction { heading, ..Correction::default() })
@@ -273,16 +262,21 @@ impl Kalman {
         if !turned.is_finite() || !path.is_finite() || !heading.is_finite() {
             return Err(Fault::NotANumber);
         }
-        let (sin, cos) = (heading.sin(), heading.cos());
-        let (turned, path) = (turned.rad(), path.m());
-        self.covariance.add_to(X, &[(HEADING, -path * sin)]);
-        self.covariance.add_to(Y, &[(HEADING, path * cos)]);
-        self.covariance.add_to(HEADING, &[(TURN_SCALE, -turned), (LEAKAGE, -path)]);
-        self.covariance
-            .add_variance(HEADING, 2.0 * STEP_RMS * STEP_RMS + drive_variance(turned, path));
-        self.turned += turned;
-        self.path += path;
+        let travel = Travel::new(turned, path, heading);
+        self.travel(&travel);
+        let by_odometry = [(TURN_SCALE, -travel.turned), (LEAKAGE, -travel.path)];
+        self.covariance.add_to(HEADING, &by_odometry);
+        let steps = 2.0 * STEP_RMS * STEP_RMS;
+        self.covariance.add_variance(HEADING, steps + travel.heading_variance());
         self.checked(Correction::default())
+    }
+
+    fn travel(&mut self, travel: &Travel) {
+        let (x, y) = travel.by_heading();
+        self.covariance.add_to(X, &[(HEADING, x)]);
+        self.covariance.add_to(Y, &[(HEADING, y)]);
+        self.travelled.add(travel);
+        self.drive.add(travel);
     }
 
     /// Updates with the mean of the last `readings` readings at rest.
@@ -304,27 +298,26 @@ impl Kalman {
 
     /// Updates at rest with odometry minus heading, both since a pose was set.
     pub(crate) fn odometry(&mut self, apart: Angle) -> Result<Correction, Fault> {
-        let (turned, path) = (self.turned - self.turned_before, self.path - self.path_before);
         if !apart.is_finite() {
             return Err(Fault::NotANumber);
         }
-        if turned.abs() < STEP_RMS && path == 0.0 {
+        let drive = self.drive;
+        if drive.turned.abs() < STEP_RMS && drive.path == 0.0 {
             // Nothing new since the last measurement.
             return Ok(Correction::default());
         }
-        (self.turned_before, self.path_before) = (self.turned, self.path);
-        self.covariance.add_variance(OFFSET, drive_variance(turned, path));
-        for state in [X, Y] {
-            let stop = if path == 0.0 { 0.0 } else { STOP_RMS_M };
-            self.covariance.add_variance(state, stop * stop);
-        }
-        let believed = &self.believed;
-        let expected =
-            believed[TURN_SCALE] * self.turned + believed[LEAKAGE] * self.path + believed[OFFSET];
+        self.drive = Travel::default();
+        self.covariance.add_variance(OFFSET, drive.heading_variance());
+        let (x, y) = drive.stop_error();
+        self.covariance.add_variance(X, x * x);
+        self.covariance.add_variance(Y, y * y);
+        self.covariance.add_covariance(X, Y, x * y);
+        let (believed, Travel { turned, path, .. }) = (&self.believed, self.travelled);
+        let expected = believed[TURN_SCALE] * turned + believed[LEAKAGE] * path + believed[OFFSET];
         let mut seen = [0.0; STATES];
         seen[HEADING] = 1.0;
-        seen[TURN_SCALE] = self.turned;
-        seen[LEAKAGE] = self.path;
+        seen[TURN_SCALE] = turned;
+        seen[LEAKAGE] = path;
         seen[OFFSET] = 1.0;
         self.measure(Kind::Odometry, &seen, apart.rad() - expected, STEP_RMS * STEP_RMS)
     }
@@ -389,11 +382,4 @@ impl Kalman {
         }
         if self.covariance.is_positive() { Ok(correction) } else { Err(Fault::NotPositive) }
     }
-}
-
-/// Variance of the odometry's error in one drive, beside its constant errors; rad^2.
-fn drive_variance(turned: f64, path: f64) -> f64 {
-    let by_turn = DRIVE_SHARE * TURN_SCALE_RMS * turned;
-    let by_path = DRIVE_SHARE * LEAKAGE_RMS * path;
-    by_turn * by_turn + by_path * by_path
 }

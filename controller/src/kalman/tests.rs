@@ -1,7 +1,8 @@
 //! The filter by itself.
 
 use super::matrix::{STATES, Symmetric};
-use super::{Angle, AngularRate, Fault, HEADING, Kalman, Length, Step, Timestamp};
+use super::travel::Travel;
+use super::{Angle, AngularRate, Fault, HEADING, Kalman, Length, Step, Timestamp, X, Y};
 use proptest::prelude::*;
 use wire::time::Span;
 
@@ -98,11 +99,26 @@ fn a_bias_that_is_never_as_expected_has_moved() {
     };
     let off = kalman.bias() + AngularRate::from_rad_per_s(4.0 * spread);
     let foreign = [0.0, 0.01, 0.02].map(|apart_deg| {
-        kalman.turned += 1.0;
+        kalman.travel(&Travel::new(Angle::from_rad(1.0), Length::ZERO, Angle::ZERO));
         kalman.odometry(Angle::from_deg(apart_deg)).unwrap();
         kalman.at_rest(off, 10).unwrap().is_foreign
     });
     assert_eq!(foreign, [false, false, true]);
+}
+
+#[test]
+fn a_drive_errs_along_its_way_by_a_millimetre() {
+    for (heading_deg, along, across) in [(0.0, X, Y), (90.0, Y, X)] {
+        let mut kalman = filter();
+        at_rest(&mut kalman, 0.0, 20);
+        kalman.place();
+        let drive = Travel::new(Angle::ZERO, Length::from_m(4.0), Angle::from_deg(heading_deg));
+        kalman.travel(&drive);
+        kalman.odometry(Angle::ZERO).unwrap();
+        let deviation = |state| kalman.covariance.variance(state).sqrt();
+        assert!((deviation(along) - 0.001).abs() < 1e-9, "{}", deviation(along));
+        assert!(deviation(across) < 1e-9, "{}", deviation(across));
+    }
 }
 
 #[test]
