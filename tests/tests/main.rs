@@ -2,6 +2,7 @@
 //! processor.
 
 mod arrows;
+mod at_one_instant;
 mod bad_bytes;
 mod bus_log;
 mod calibration;

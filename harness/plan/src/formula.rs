@@ -5,6 +5,7 @@ use described::hint::proposal;
 use described::{Decoded, Verdict};
 use std::collections::BTreeMap;
 use temporal::{Formula, Mistake, NotFound, Protecting, Signal, Signals};
+use wire::time::{Span, Timestamp};
 
 /// Parses a formula over the signals of `speakers`: `manager.ContactorCommand`, `manager.Status.ContactorCommand`, or
 /// `ContactorCommand` if only one node sends a signal with that name.
@@ -195,6 +196,8 @@ pub struct Reads {
     /// By speaker and index of the message.
     messages: BTreeMap<(usize, usize), Read>,
     values: Vec<(usize, f64)>,
+    /// The moment of the last message.
+    last: Timestamp,
 }
 
 /// What is read from a message.
@@ -202,8 +205,9 @@ pub struct Reads {
 struct Read {
     /// The values, and their numbers in the formulas.
     values: Vec<(Origin, usize)>,
-    /// How many there were.
+    /// How many there were, and the moment of the last one.
     count: u64,
+    last: Option<Timestamp>,
 }
 
 impl Reads {
@@ -218,17 +222,27 @@ impl Reads {
                 read.values.push((*origin, used.index));
             }
         }
-        Self { messages, values: Vec::new() }
+        Self { messages, ..Self::default() }
     }
 
-    /// The values in a message of a speaker, by their numbers in the formulas; `None` if no formula reads it.
-    pub fn take(&mut self, speaker: usize, decoded: &Decoded<'_>) -> Option<&[(usize, f64)]> {
-        let Read { values, count } = self.messages.get_mut(&(speaker, decoded.message))?;
+    /// The values in a message of a speaker, by their numbers in the formulas, and the moment from which they hold; `None` if
+    /// no formula reads it. Of messages that arrive at one instant, as several packets of one write do, each counts: one
+    /// like an earlier one holds from a nanosecond later.
+    pub fn take(
+        &mut self,
+        now: Timestamp,
+        speaker: usize,
+        decoded: &Decoded<'_>,
+    ) -> Option<(Timestamp, &[(usize, f64)])> {
+        let Read { values, count, last } = self.messages.get_mut(&(speaker, decoded.message))?;
+        let after = |last| last + Span::from_nanos(1);
+        self.last = self.last.max(now).max(last.map_or(now, after));
+        *last = Some(self.last);
         *count += 1;
         self.values.clear();
         let values =
             values.iter().map(|(origin, number)| Some((*number, origin.value(decoded, *count)?)));
         self.values.extend(values.flatten());
-        Some(&self.values)
+        Some((self.last, &self.values))
     }
 }

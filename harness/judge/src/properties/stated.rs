@@ -73,7 +73,7 @@ impl Statement {
         if !self.awaited.is_empty() {
             self.heard.entry(speaker).or_insert(now);
         }
-        let Some(values) = self.reads.take(speaker, decoded) else { return };
+        let Some((now, values)) = self.reads.take(now, speaker, decoded) else { return };
         let is_first = |number: &usize| {
             self.awaited.get(number).is_some_and(|awaited| awaited.since.is_none())
         };

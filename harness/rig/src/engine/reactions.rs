@@ -105,7 +105,9 @@ impl Reactions {
         speaker: usize,
         decoded: &Decoded<'_>,
     ) -> Vec<Took> {
-        let Some(values) = self.reads.take(speaker, decoded) else { return Vec::new() };
+        let Some((now, values)) = self.reads.take(now, speaker, decoded) else {
+            return Vec::new();
+        };
         let each = self.each.iter_mut();
         each.for_each(|(_, reaction)| reaction.update(now, values));
         let answers = self.answers();
@@ -131,7 +133,7 @@ impl Reactions {
         for (quantity, reaction) in &self.each {
             answers.extend(reaction.waiting().map(|asked| Took {
                 quantity: quantity.clone(),
-                seconds: (now - asked).as_secs_f64(),
+                seconds: (now.max(asked) - asked).as_secs_f64(),
                 tags: tags_at(&self.steps, asked),
                 is_open: true,
             }));
