@@ -15,11 +15,28 @@ const EXCHANGES_MAX: usize = 1_024;
 pub struct UdsListener {
     server: Channel,
     client: Channel,
-    /// Requests in their order, each with its response.
-    exchanges: VecDeque<(Vec<u8>, Option<Vec<u8>>)>,
-    /// What was asked for, and until when.
-    wanted: Option<(Vec<u8>, Timestamp)>,
+    /// In their order.
+    exchanges: VecDeque<Exchange>,
+    wanted: Option<Wanted>,
     reply: Option<Reply>,
+}
+
+/// A request that was heard.
+#[derive(Debug, Clone)]
+struct Exchange {
+    request: Vec<u8>,
+    response: Option<Vec<u8>>,
+    /// When it or a response pending was heard last.
+    at: Timestamp,
+    is_pending: bool,
+}
+
+/// What was asked for.
+#[derive(Debug, Clone)]
+struct Wanted {
+    request: Request,
+    /// When it is no longer waited for, if it is not heard.
+    until: Timestamp,
 }
 
 impl UdsListener {
@@ -35,23 +52,24 @@ impl UdsListener {
     }
 
     /// Takes the response to the next such request: one that was heard since the last that was asked for, or is heard
-    /// within P2*.
+    /// within P2*. From then on its response has the time that a client would give it.
     pub fn ask(&mut self, now: Timestamp, request: &Request) {
         self.reply = None;
-        self.wanted = Some((request.data.clone(), now + request.p2_star));
+        self.wanted = Some(Wanted { request: request.clone(), until: now + request.p2_star });
         self.settle(now);
     }
 
     /// Takes a frame of either end.
     pub fn receive(&mut self, now: Timestamp, frame: &CanFrame) {
         if let Some(request) = self.server.receive(now, frame) {
-            self.exchanges.push_back((request.data, None));
+            let (request, response, is_pending) = (request.data, None, false);
+            self.exchanges.push_back(Exchange { request, response, at: now, is_pending });
             if self.exchanges.len() > EXCHANGES_MAX {
                 self.exchanges.pop_front();
             }
         }
         if let Some(response) = self.client.receive(now, frame) {
-            self.hear(response.data);
+            self.hear(now, response.data);
         }
         for end in [&mut self.server, &mut self.client] {
             while end.transmit().is_some() {}
@@ -59,18 +77,20 @@ impl UdsListener {
         self.settle(now);
     }
 
-    fn hear(&mut self, response: Vec<u8>) {
-        let Some((request, known)) = self.exchanges.back_mut() else { return };
-        let asked = request.first().copied().unwrap_or_default();
-        let is_its = match response.as_slice() {
-            [sid::NEGATIVE, service, code, ..] => {
-                *service == asked && *code != nrc::RESPONSE_PENDING
+    fn hear(&mut self, now: Timestamp, response: Vec<u8>) {
+        let Some(exchange) = self.exchanges.back_mut() else { return };
+        let asked = exchange.request.first().copied().unwrap_or_default();
+        match response.as_slice() {
+            [sid::NEGATIVE, service, nrc::RESPONSE_PENDING, ..] if *service == asked => {
+                (exchange.at, exchange.is_pending) = (now, true);
             }
-            [service, ..] => *service == asked | sid::POSITIVE,
-            [] => false,
-        };
-        if is_its {
-            known.get_or_insert(response);
+            [sid::NEGATIVE, service, ..] if *service == asked => {
+                exchange.response.get_or_insert(response);
+            }
+            [service, ..] if *service == asked | sid::POSITIVE => {
+                exchange.response.get_or_insert(response);
+            }
+            _ => {}
         }
     }
 
@@ -83,7 +103,7 @@ impl UdsListener {
     pub fn next_wakeup(&self) -> Timestamp {
         match (&self.reply, &self.wanted) {
             (Some(_), _) => Timestamp::ZERO,
-            (None, Some((_, until))) => *until,
+            (None, Some(wanted)) => self.place(wanted).map_or(wanted.until, |(_, _, over)| over),
             (None, None) => Timestamp::MAX,
         }
     }
@@ -93,20 +113,31 @@ impl UdsListener {
         self.reply.take()
     }
 
+    /// The exchange that was asked for, and when its response is no longer waited for.
+    fn place(&self, wanted: &Wanted) -> Option<(usize, &Exchange, Timestamp)> {
+        let Request { data, p2, p2_star, .. } = &wanted.request;
+        let place = self.exchanges.iter().position(|exchange| exchange.request == *data)?;
+        let exchange = self.exchanges.get(place)?;
+        let over = exchange.at + if exchange.is_pending { *p2_star } else { *p2 };
+        Some((place, exchange, over))
+    }
+
     fn settle(&mut self, now: Timestamp) {
-        let Some((wanted, until)) = &self.wanted else { return };
-        let place = self.exchanges.iter().position(|(request, _)| request == wanted);
-        let is_over = now >= *until;
-        let reply = match place.and_then(|place| Some((place, self.exchanges.get(place)?))) {
-            Some((_, (_, Some(response)))) => Reply::Response(response.clone()),
+        let Some(wanted) = &self.wanted else { return };
+        let found = self.place(wanted);
+        let reply = match found {
+            Some((_, Exchange { response: Some(response), .. }, _)) => {
+                Reply::Response(response.clone())
+            }
             // Another request has followed: nothing answers this one any more.
-            Some((place, (_, None))) if is_over || place + 1 < self.exchanges.len() => {
+            Some((place, _, over)) if now >= over || place + 1 < self.exchanges.len() => {
                 Reply::Silence
             }
-            None if is_over => Reply::Silence,
+            None if now >= wanted.until => Reply::Silence,
             _ => return,
         };
-        self.exchanges.drain(..place.map_or(0, |place| place + 1));
+        let taken = found.map_or(0, |(place, ..)| place + 1);
+        self.exchanges.drain(..taken);
         (self.wanted, self.reply) = (None, Some(reply));
     }
 }

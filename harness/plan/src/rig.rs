@@ -332,9 +332,12 @@ impl Rig {
         })
     }
 
-    /// The channels on which the tester at this place can ask other nodes: those on its first line.
+    /// The channels on which the tester at this place can ask other nodes: those on its first line, if that is a bus.
     pub fn channels(&self, tester: usize) -> impl Iterator<Item = (&str, &IsoTp)> {
         let line = self.nodes.get(tester).and_then(|node| node.lines.first());
+        let is_bus =
+            |line: &&usize| self.lines.get(**line).is_some_and(|line| line.medium == Medium::Can);
+        let line = line.filter(is_bus);
         let is_there = move |node: &&RigNode| line.is_some_and(|line| node.lines.contains(line));
         let nodes = self.nodes.iter().filter(is_there);
         nodes.filter_map(|node| Some((node.name.as_str(), node.isotp.as_ref()?)))

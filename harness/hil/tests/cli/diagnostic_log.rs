@@ -46,3 +46,45 @@ fn a_diagnostic_response_in_a_log_is_judged() {
     let told = import("wrong.log").exits(1).out;
     assert!(wrong != log && told.contains("expected \"WECU0000000000042\""), "{told}");
 }
+
+/// Found by a user: a node of a serial line before the tester was taken for the one that asks, and heard no response; and silence
+/// took P2* in an import, where the run had waited for P2.
+#[test]
+fn a_log_tells_responses_and_silence_wherever_the_tester_stands_in_the_rig() {
+    let hil = Hil::new();
+    let meter = "name = \"meter\"\ntitle = \"\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"Reading\"\n\
+        sent_by = \"device\"\nstart = [0x56]\nfields = [{ name = \"Volume\", type = \"u8\" }]\nperiod_s = 0.5\n\
+        [signal.Volume]\nexpression = \"7\"\n";
+    let lines = "[[line]]\nname = \"can0\"\ncan = {}\n[[line]]\nname = \"uart\"\nserial = {}\n";
+    let ecu = "[[node]]\nname = \"ecu\"\nat = \"can0\"\nemulate = \"ecu\"\n";
+    let meter_node = "[[node]]\nname = \"meter\"\nat = \"uart\"\nemulate = \"meter\"\n";
+    let desk = "[[node]]\nname = \"desk\"\nat = \"can0\"\ntester = true\n";
+    let rig = format!("{lines}{meter_node}{ecu}{desk}");
+    let silent = ASKS.replace("name = \"asks\"", "name = \"silent\"").replace(
+        "request = [0x22, 0xF1, 0x90], expect = { text = \"WECU0000000000042\" }",
+        "request = [0x3E, 0x80], expect = \"silence\", p2_s = 0.1",
+    );
+    assert!(silent.contains("0x3E"));
+    for (path, text) in [
+        ("devices/ecu.toml", ECU),
+        ("devices/meter.toml", meter),
+        ("rigs/ecu.toml", &rig),
+        ("asks.toml", ASKS),
+        ("silent.toml", &silent),
+    ] {
+        let path = hil.path(format!("oven/{path}"));
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    for plan in ["asks", "silent"] {
+        let (plan_file, log, run, out) = (
+            format!("{plan}.toml"),
+            format!("{plan}.pcapng"),
+            format!("{plan}-run"),
+            format!("{plan}-log"),
+        );
+        within(&hil, &["run", &plan_file, "--record", "full", "--out", &run]).exits(0);
+        within(&hil, &["export", &run, "--bus", &log]).exits(0);
+        within(&hil, &["import", &log, "--plan", &plan_file, "--out", &out]).exits(0);
+    }
+}
