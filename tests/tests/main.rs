@@ -48,6 +48,7 @@ mod seeds;
 mod sentences;
 mod several_lines;
 mod silence;
+mod silent_tester;
 mod strange_frames;
 mod uart_settings;
 mod uds;

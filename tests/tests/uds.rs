@@ -45,6 +45,9 @@ fn plan(steps: &str, rest: &str) -> String {
 fn the_plan_of_the_page_passes() {
     let run = run(&[("devices/heater.toml", page(1))], page(2));
     assert!(run.passed(), "{run}");
+    // Found by a user: "sent 13 frames of UdsResponse with more bytes than it has".
+    let notes = &run.summary().notes;
+    assert!(!notes.iter().any(|note| note.contains("bytes")), "{notes:?}");
 }
 
 #[test]

@@ -109,8 +109,8 @@ impl Decoder {
             *self.short.entry(index).or_default() += 1;
             return None;
         }
-        // A frame of CAN FD is filled up to the next length that there is.
-        if frame.data().len() > length && fd.is_none() {
+        // A frame of CAN FD is filled up to the next length that there is, and one of diagnostics has any length.
+        if frame.data().len() > length && fd.is_none() && !message.signals.is_empty() {
             *self.long.entry(index).or_default() += 1;
         }
         self.layout.frames[index].read(message, frame.data(), &mut self.values);

@@ -4,7 +4,7 @@ use super::{Builder, Cause};
 use crate::library::LibraryError;
 use crate::rig::{LineTable, NodeTable, RigFile};
 use described::hint;
-use described::{IsoTp, Layout, Sender};
+use described::{IsoTp, Layout, Message, Sender};
 
 impl<E: Cause> Builder<'_, E> {
     /// The messages of a line with the counters and checksums from its `number`-th table.
@@ -51,13 +51,20 @@ impl<E: Cause> Builder<'_, E> {
         let nodes: Vec<&str> = nodes.map(|node| node.name.as_str()).collect();
         // The node may occur in several files.
         let is_it = |of: &str| of.eq_ignore_ascii_case(wanted);
-        match (nodes.iter().any(|known| is_it(known)), node.tester) {
-            (true, _) => {
-                let layout = Layout::from_dbcs(dbcs, &is_it).map_err(Box::new)?;
+        let is_known = nodes.iter().any(|known| is_it(known));
+        let of_node = is_known.then(|| Layout::from_dbcs(dbcs, &is_it)).transpose();
+        let of_node = of_node.map_err(Box::new)?;
+        // Many a DBC has a node for the tester, which sends nothing there.
+        let speaks = |layout: &Layout| {
+            let own = |message: &Message| message.sender == Sender::Device;
+            node.tester.is_none() || node.dbc_node.is_some() || layout.messages().iter().any(own)
+        };
+        match (of_node.filter(speaks), node.tester) {
+            (Some(layout), _) => {
                 let layout = self.protected(layout, own, &file.lines[own])?;
                 Ok(Some((layout, Sender::Device)))
             }
-            (false, Some(_)) if node.dbc_node.is_none() => {
+            (None, Some(_)) if node.dbc_node.is_none() => {
                 // All messages that no other node of the rig sends.
                 let taken: Vec<String> = file
                     .nodes
@@ -69,7 +76,7 @@ impl<E: Cause> Builder<'_, E> {
                 let layout = Layout::from_dbcs(dbcs, &is_ours).map_err(Box::new)?;
                 Ok(Some((self.protected(layout, own, &file.lines[own])?, Sender::Device)))
             }
-            (false, _) => {
+            (None, _) => {
                 let origins: Vec<&str> = dbcs.iter().map(|dbc| dbc.file()).collect();
                 let message = format!("no node `{wanted}` in {}", origins.join(" and "));
                 let help =
