@@ -34,6 +34,7 @@ mod mutants;
 mod noticing;
 mod offsets;
 mod one_receiver;
+mod pending_response;
 mod power_cycle;
 mod programs;
 mod properties;

@@ -263,17 +263,18 @@ impl Engine {
                     ": what it waits for did not come"
                 }
                 Waiting::Reaction => ": nothing asked for it",
+                Waiting::Reply(_) => ": no final response came",
                 _ => "",
             };
             let instead = self.instead_of_an_answer();
             let reason = format!("{} took longer than its limit{why}{instead}", self.place());
             // A node under test that misses a limit has failed.
-            let awaited = matches!(self.waiting, Waiting::Condition(_) | Waiting::Reaction);
-            let outcome = if awaited && !self.under_test.is_empty() {
-                Outcome::Failed
-            } else {
-                Outcome::Timeout
+            let has_failed = match &self.waiting {
+                Waiting::Condition(_) | Waiting::Reaction => !self.under_test.is_empty(),
+                Waiting::Reply(asked) => self.under_test.iter().any(|node| node == asked.node()),
+                _ => false,
             };
+            let outcome = if has_failed { Outcome::Failed } else { Outcome::Timeout };
             self.end(now, outcome, Some(reason));
         } else if matches!(self.waiting, Waiting::Mission(_)) && now >= self.answer_deadline {
             let instead = self.instead_of_an_answer();
