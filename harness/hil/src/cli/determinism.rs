@@ -28,8 +28,8 @@ pub(super) fn verify(
     }
     let folder = RunFolder::open(out)?;
     let (one, other) = (folder.records()?, RunFolder::open(scratch.path())?.records()?);
-    let header = one.header().clone();
-    if let Some(Parted { sides: [first, second], .. }) = first(&header, one, other) {
+    let headers = [one.header().clone(), other.header().clone()];
+    if let Some(Parted { sides: [first, second], .. }) = first(&headers, one, other) {
         let summary = &mut completed.summary;
         summary.outcome = Outcome::Error;
         summary.reason = Some(format!(
@@ -60,10 +60,10 @@ pub(super) struct Compared {
 pub(super) fn difference(one: &RunFolder, other: &RunFolder) -> Result<Compared, RunFolderError> {
     let in_part = is_full(one)? != is_full(other)?;
     let (one, other) = (one.records()?, other.records()?);
-    let header = one.header().clone();
+    let headers = [one.header().clone(), other.header().clone()];
     let parted = match in_part {
-        true => first(&header, one.filter(in_each_record), other.filter(in_each_record)),
-        false => first(&header, one, other),
+        true => first(&headers, one.filter(in_each_record), other.filter(in_each_record)),
+        false => first(&headers, one, other),
     };
     Ok(Compared { parted, in_part })
 }
@@ -85,27 +85,38 @@ fn in_each_record(record: &Result<Record, RecordError>) -> bool {
 }
 
 fn first(
-    header: &Header,
+    headers: &[Header; 2],
     mut one: impl Iterator<Item = Result<Record, RecordError>>,
     mut other: impl Iterator<Item = Result<Record, RecordError>>,
 ) -> Option<Parted> {
-    let told = |record: Option<Result<Record, RecordError>>| match record {
+    let [first_header, second_header] = headers;
+    let told = |record: Option<Result<Record, RecordError>>, header| match record {
         Some(Ok(record)) => Line(&record, header).to_string(),
         Some(Err(error)) => error.to_string(),
         None => "the record ends".to_owned(),
+    };
+    // A record numbers its nodes in the order of its rig file.
+    let as_numbered = first_header.nodes == second_header.nodes;
+    let is_same = |first: &Record, second: &Record| match as_numbered {
+        true => first == second,
+        false => {
+            (first.at, &first.kind) == (second.at, &second.kind)
+                && Line(first, first_header).to_string() == Line(second, second_header).to_string()
+        }
     };
     loop {
         let pair = (one.next(), other.next());
         match pair {
             (None, None) => return None,
-            (Some(Ok(first)), Some(Ok(second))) if first == second => {}
+            (Some(Ok(first)), Some(Ok(second))) if is_same(&first, &second) => {}
             (first, second) => {
                 let is_damaged = |side: &Option<_>| matches!(side, Some(Err(_)));
                 let damaged = is_damaged(&first)
                     || is_damaged(&second)
                     || one.any(|record| record.is_err())
                     || other.any(|record| record.is_err());
-                let sides = [first, second].map(|record| told(record).trim().to_owned());
+                let sides = [told(first, first_header), told(second, second_header)];
+                let sides = sides.map(|side| side.trim().to_owned());
                 return Some(Parted { sides, damaged });
             }
         }
@@ -116,6 +127,7 @@ fn first(
 mod tests {
     use super::{Header, Record, RecordError, RecordKind, first};
     use record::Device;
+    use record::header::Node;
     use wire::time::Timestamp;
 
     fn notes(texts: &[&str]) -> Vec<Result<Record, RecordError>> {
@@ -129,7 +141,7 @@ mod tests {
     #[test]
     fn the_first_difference_is_told() {
         let between = |one: &[&str], other: &[&str]| {
-            first(&Header::default(), notes(one).into_iter(), notes(other).into_iter())
+            first(&Default::default(), notes(one).into_iter(), notes(other).into_iter())
         };
         assert_eq!(between(&["a", "b"], &["a", "b"]), None);
         let parted = between(&["a", "b", "c"], &["a", "x", "c"]).unwrap();
@@ -141,6 +153,24 @@ mod tests {
         assert_eq!(other, "the record ends");
     }
 
+    /// Found by a user: the second record's nodes had the names of the first.
+    #[test]
+    fn nodes_are_compared_by_their_names() {
+        let header = |names: [&str; 2]| Header {
+            nodes: names.map(|name| Node { name: name.to_owned(), ..Node::default() }).to_vec(),
+            ..Header::default()
+        };
+        let said_by = |place: u8, text: &str| {
+            let kind = RecordKind::Note(text.to_owned());
+            let (at, device) = (Timestamp::ZERO, Device::Node(place));
+            [Ok(Record { at, device, kind })].into_iter()
+        };
+        let headers = [header(["motor", "ecu"]), header(["ecu", "motor"])];
+        assert_eq!(first(&headers, said_by(1, "on"), said_by(0, "on")), None);
+        let [one, other] = first(&headers, said_by(1, "on"), said_by(1, "on")).unwrap().sides;
+        assert!(one.contains(" ecu ") && other.contains(" motor "), "{one}, {other}");
+    }
+
     #[test]
     fn damage_is_told_also_behind_the_first_difference() {
         let broken = || {
@@ -148,7 +178,7 @@ mod tests {
             notes(&["a", "b"]).into_iter().chain([Err(RecordError::Io(error))])
         };
         for whole in [notes(&["a", "b", "c"]), notes(&["x"])] {
-            assert!(first(&Header::default(), broken(), whole.into_iter()).unwrap().damaged);
+            assert!(first(&Default::default(), broken(), whole.into_iter()).unwrap().damaged);
         }
     }
 }

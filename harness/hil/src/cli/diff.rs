@@ -46,6 +46,7 @@ impl DiffArguments {
             Some(Parted { sides: [first, second], .. }) => {
                 format!("first difference of the records:\n  first   {first}\n  second  {second}\n")
             }
+            None if in_part => "what both records hold is the same".to_owned(),
             None => "the records are the same".to_owned(),
         };
         let verdicts = match differing {
