@@ -62,6 +62,8 @@ pub struct SeedVerdicts {
     pub figures: Vec<Option<(f64, f64)>>,
     /// Whether each property held, in the order of the plan; none in an incomplete run, which might have broken it.
     pub held: Vec<bool>,
+    /// Whether each property held because nothing asked for it, in the same order.
+    pub never_asked: Vec<bool>,
 }
 
 impl SeedVerdicts {
@@ -82,6 +84,7 @@ impl SeedVerdicts {
                 .map(|one| one.value.filter(|_| complete).map(|value| (value, one.uncertainty)))
                 .collect(),
             held: properties.iter().map(|one| complete && one.held == Some(true)).collect(),
+            never_asked: properties.iter().map(|one| one.never_asked.is_some()).collect(),
         }
     }
 
@@ -110,6 +113,9 @@ pub struct SeedShare {
     pub judged: Judged,
     /// Number of seeds whose run passed it, marginally or not.
     pub passed: u64,
+    /// Number of these in which a property held because nothing asked for it.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub never_asked: u64,
     /// Number of seeds that ran.
     pub seeds: u64,
     /// 95 % Wilson interval of the share, lower and upper end, from 0 to 1.
@@ -119,6 +125,11 @@ pub struct SeedShare {
     pub coverage: Option<Coverage>,
     /// The value in the paper, with its place there.
     pub paper: Option<String>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks")]
+const fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// How many of the intervals that runs state contain the true value.
@@ -155,6 +166,7 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
             plan: plan.name.as_str().to_owned(),
             judged,
             passed,
+            never_asked: 0,
             seeds,
             // Without a seed the share may be anything.
             interval: interval.map_or((0.0, 1.0), |interval| (interval.lower, interval.upper)),
@@ -172,7 +184,10 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
     });
     let watched = plan.properties.iter().enumerate().map(|(index, property)| {
         let judged = Judged::Property(property.name().to_owned());
-        share(judged, &|run| run.held.get(index) == Some(&true))
+        let held = |run: &SeedVerdicts| run.held.get(index) == Some(&true);
+        let unasked = |run: &SeedVerdicts| held(run) && run.never_asked.get(index) == Some(&true);
+        let never_asked = runs.iter().filter(|(_, run)| unasked(run)).count() as u64;
+        SeedShare { never_asked, ..share(judged, &held) }
     });
     measured.chain(watched).collect()
 }
@@ -252,6 +267,7 @@ paper = "mostly"
             accepted: vec![accepted],
             figures: vec![None],
             held: Vec::new(),
+            never_asked: Vec::new(),
         }
     }
 
@@ -282,13 +298,14 @@ paper = "mostly"
     fn a_property_has_a_share_of_its_own() {
         let with_property = format!("{PLAN}\n[[property]]\nalways = {{ done_is_done = {{}} }}\n");
         let plan = Plan::parse("turns.toml", &with_property).unwrap();
-        let held = SeedVerdicts { held: vec![true], ..run(true) };
+        let held = SeedVerdicts { held: vec![true], never_asked: vec![true], ..run(true) };
         let broken = SeedVerdicts { held: vec![false], ..run(true) };
         let runs = [(1, &held), (2, &broken)];
         let shares = shares(&plan, &runs);
         assert_eq!(shares[0].passed, 2);
         assert_eq!(shares[1].judged, Judged::Property("done_is_done".to_owned()));
-        assert_eq!(shares[1].passed, 1);
+        // Found by a user: nothing told that it was never put to the test.
+        assert_eq!((shares[1].passed, shares[1].never_asked), (1, 1));
         let seeds: Vec<_> = not_passed(&runs).iter().map(|(seed, _)| *seed).collect();
         assert_eq!(seeds, [2]);
     }

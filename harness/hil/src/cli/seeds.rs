@@ -189,6 +189,7 @@ mod tests {
             accepted: Vec::new(),
             figures: Vec::new(),
             held: Vec::new(),
+            never_asked: Vec::new(),
         };
         let of = |all: &[Option<Outcome>]| {
             let runs: Vec<_> = all.iter().map(|one| (1, vec![ended(*one)])).collect();
@@ -208,6 +209,7 @@ mod tests {
             accepted: vec![true],
             figures: Vec::new(),
             held: Vec::new(),
+            never_asked: Vec::new(),
         };
         let bad = SeedVerdicts { accepted: vec![false], ..good.clone() };
         let broke_off = Some((Outcome::Timeout, "the plan took longer than its limit".to_owned()));

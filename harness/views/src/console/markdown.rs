@@ -36,6 +36,11 @@ pub fn runs_markdown(summaries: &[Summary]) -> String {
             let broke = if property.always { " broke" } else { "" };
             let _ = writeln!(text, "\n* **{}**{broke}: {what}", escaped(&property.name));
         }
+        for property in summary.properties.iter().filter(|property| !property.is_broken()) {
+            if let Some(untested) = property.untested() {
+                let _ = writeln!(text, "\n* {}: {}", escaped(&property.name), escaped(&untested));
+            }
+        }
         for note in &summary.notes {
             let _ = writeln!(text, "\n* {}", escaped(note));
         }

@@ -15,6 +15,11 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
             format!("{percent:.1} % ({} of {seeds})", one.passed)
         }
     };
+    let share = match one.never_asked {
+        0 => share,
+        all if all == one.seeds => format!("{share}, never tested"),
+        some => format!("{share}, never tested in {some}"),
+    };
     let (lower, upper) = one.interval;
     [
         in_cell(&one.plan),
@@ -73,6 +78,7 @@ mod tests {
             plan: "laps-observed".into(),
             judged: Judged::Measurement("return_orientation".into()),
             passed: 187,
+            never_asked: 0,
             seeds: 200,
             interval: (0.892_2, 0.961_6),
             coverage: Some(Coverage { held: 190, of: 200 }),
@@ -88,7 +94,12 @@ mod tests {
         };
         let property =
             SeedShare { judged: Judged::Property("it did charge".into()), ..none.clone() };
-        vec![share, none, property]
+        let unasked = |never_asked| {
+            let judged = Judged::Property("it stops".into());
+            SeedShare { judged, passed: 3, seeds: 3, never_asked, ..none.clone() }
+        };
+        let [some, all] = [2, 3].map(unasked);
+        vec![share, none, property, some, all]
     }
 
     #[test]
