@@ -1,6 +1,7 @@
 //! `junit.xml`: verdicts in the format that build servers read.
 //!
-//! One suite per run, one case per measurement, and one for the run itself, which carries the whole duration. JUnit has
+//! One suite per run, one case per measurement, and one for the run itself, which carries the whole duration. Suites and
+//! classes carry the seed, because build servers take two cases of one class and name for one. JUnit has
 //! no marginal verdict: such a case passes, and its output states it. If the run folder is known, the run's case and
 //! failed cases list its files as attachments, in lines that Jenkins (JUnit Attachments) and GitLab read.
 
@@ -54,7 +55,7 @@ fn attachment(path: &Path) -> String {
 }
 
 fn suite(summary: &Summary, attachments: &str) -> TestSuite {
-    let mut suite = TestSuite::new(&*summary.plan);
+    let mut suite = TestSuite::new(format!("{}, seed {}", summary.plan, summary.seed));
     let time = Duration::try_from_secs_f64(summary.wall_s).unwrap_or_default();
     suite.set_time(time);
     for (name, value) in [
@@ -100,7 +101,8 @@ fn run(summary: &Summary) -> TestCase {
 /// A case without duration: the run carries it.
 fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
     let mut case = TestCase::new(name, status);
-    case.set_classname(&*summary.plan).set_time(Duration::ZERO);
+    // What stands before the last dot is a package in Jenkins: it lists the seeds of a plan under the plan.
+    case.set_classname(format!("{}.seed{}", summary.plan, summary.seed)).set_time(Duration::ZERO);
     case
 }
 

@@ -6,6 +6,7 @@ use ::campaign::{Account, End};
 use quick_junit::{Report, TestCaseStatus};
 use record::outcome::samples::{properties, summary};
 use record::outcome::{Outcome, Summary, Verdict};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 fn account() -> Account {
@@ -106,6 +107,22 @@ fn a_property_named_like_a_measurement_has_a_case_of_its_own() {
 fn a_campaign_has_a_case_for_each_property() {
     let (done, saved) = example();
     insta::assert_snapshot!(campaign(&account(), &done, &saved, &[], Path::new("runs/x")).unwrap());
+}
+
+/// Jenkins tells cases apart by class and name, GitLab by suite, class and name.
+#[test]
+fn two_seeds_of_a_plan_have_suites_and_classes_of_their_own() {
+    let named = |seed| {
+        let xml = document(&Summary { seed, ..summary() }, None).unwrap();
+        let report = Report::deserialize_from_str(&xml).unwrap();
+        let [suite] = &report.test_suites[..] else { panic!("{xml}") };
+        let classes: BTreeSet<_> =
+            suite.test_cases.iter().map(|case| case.classname.clone().unwrap()).collect();
+        assert_eq!(classes.len(), 1, "{xml}");
+        (suite.name.clone(), classes)
+    };
+    let (one, other) = (named(1), named(2));
+    assert!(one.0 != other.0 && one.1.is_disjoint(&other.1), "{one:?} {other:?}");
 }
 
 /// The attributes and counts that Jenkins, GitLab and GitHub's reporters rely on.
