@@ -1,18 +1,20 @@
 //! Converts one bus log to another.
 
-use super::{Entry, Kept, LogError, LogWriter, Payload};
+use super::{Channel, Entry, Kept, LogError, LogWriter, Payload};
 use std::fmt;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Converted {
     pub written: u64,
     pub frames_left_out: u64,
     /// Packets of serial lines that the format cannot hold.
     pub packets_left_out: u64,
+    /// The numbers that the file has in place of names of channels.
+    pub numbered: Vec<(usize, Channel)>,
 }
 
 impl Converted {
-    pub const fn is_whole(self) -> bool {
+    pub const fn is_whole(&self) -> bool {
         self.frames_left_out == 0 && self.packets_left_out == 0
     }
 }
@@ -26,6 +28,9 @@ impl fmt::Display for Converted {
         }
         if self.packets_left_out > 0 {
             write!(f, ", {} packets of serial lines left out", self.packets_left_out)?;
+        }
+        for (place, (number, channel)) in self.numbered.iter().enumerate() {
+            write!(f, "{} {number} is {channel}", if place == 0 { "; channel" } else { "," })?;
         }
         Ok(())
     }
@@ -55,6 +60,7 @@ pub fn convert<E: From<LogError>>(
             (Kept::LeftOut, _) => converted.frames_left_out += 1,
         }
     }
+    converted.numbered = writer.numbered();
     writer.finish()?;
     Ok(converted)
 }

@@ -121,6 +121,11 @@ trait WriteEntries: fmt::Debug {
     /// Appends an entry of 1970 or later.
     fn write(&mut self, entry: &Entry) -> io::Result<Kept>;
 
+    /// The numbers of the channels so far, in a format without names.
+    fn numbered(&self) -> Vec<(usize, Channel)> {
+        Vec::new()
+    }
+
     /// Writes the end of the log and flushes the file.
     fn finish(self: Box<Self>) -> io::Result<()>;
 }
@@ -268,6 +273,11 @@ impl<'w> LogWriter<'w> {
             return Err(LogError::before_1970(&self.path, self.format));
         }
         self.writer.write(entry).map_err(|source| LogError::unwritable(&self.path, source))
+    }
+
+    /// The numbers of the channels so far; none in a format that writes their names.
+    pub fn numbered(&self) -> Vec<(usize, Channel)> {
+        self.writer.numbered()
     }
 
     /// Writes the end of the log and flushes the file.

@@ -19,16 +19,22 @@ impl Numbers {
         Self { channels: vec![None; most] }
     }
 
-    /// The number of a channel; `None` if there are too many.
-    pub(super) fn of(&mut self, channel: Channel) -> Option<usize> {
+    /// The number of a channel, and whether it is the channel's first entry; `None` if there are too many.
+    pub(super) fn of(&mut self, channel: Channel) -> Option<(usize, bool)> {
         if let Some(known) = self.channels.iter().position(|known| *known == Some(channel)) {
-            return Some(known + 1);
+            return Some((known + 1, false));
         }
         let own = channel.as_str().strip_prefix("can").and_then(|number| number.parse().ok());
         let free = |index: &usize| self.channels.get(*index).is_some_and(Option::is_none);
         let index = own.filter(free).or_else(|| (0..self.channels.len()).find(free))?;
         self.channels[index] = Some(channel);
-        Some(index + 1)
+        Some((index + 1, true))
+    }
+
+    /// The channels that have numbers.
+    pub(super) fn named(&self) -> Vec<(usize, Channel)> {
+        let all = self.channels.iter().zip(1..);
+        all.filter_map(|(channel, number)| Some((number, (*channel)?))).collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Writes an ASC file: `base hex  timestamps absolute`.
 
-use super::super::entry::{Direction, Entry, Payload};
+use super::super::entry::{Channel, Direction, Entry, Payload};
 use super::super::numbers::{CHANNELS_MAX, Numbers};
 use super::super::{Kept, WriteEntries, hex};
 use super::{BRS, EDL, ESI, date};
@@ -14,8 +14,9 @@ const NANOS_A_MILLISECOND: i64 = 1_000_000;
 /// Writes an ASC file.
 ///
 /// The date in its head is that of the first entry, to the millisecond; earlier entries are put at zero. `canN` gets
-/// channel N + 1 if that is free, any other name the lowest free one; entries beyond 32 channels are left out. An entry
-/// with unknown direction counts as received, because the format cannot express it.
+/// channel N + 1 if that is free, any other name the lowest free one; a comment before its first entry has the name.
+/// Entries beyond 32 channels are left out. An entry with unknown direction counts as received, because the format cannot
+/// express it.
 #[derive(Debug)]
 pub(crate) struct Writer<W: Write> {
     out: W,
@@ -39,7 +40,9 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
             return Ok(Kept::LeftOut);
         }
         let at = entry.at.as_nanos();
-        let Some(number) = self.numbers.of(entry.channel) else { return Ok(Kept::LeftOut) };
+        let Some((number, is_new)) = self.numbers.of(entry.channel) else {
+            return Ok(Kept::LeftOut);
+        };
         let began = match self.began {
             Some(began) => began,
             None => self.head(at)?,
@@ -48,6 +51,9 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
         let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
         self.line.clear();
         let line = &mut self.line;
+        if is_new {
+            writeln!(line, "// channel {number} is {}", entry.channel)?;
+        }
         let way = entry.direction.unwrap_or(Direction::Rx).word();
         let written =
             write!(line, "{seconds:4}.{micros:06} ").and_then(|()| match &entry.payload {
@@ -67,6 +73,10 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
         self.line.push(b'\n');
         written.and_then(|()| self.out.write_all(&self.line))?;
         Ok(Kept::Written)
+    }
+
+    fn numbered(&self) -> Vec<(usize, Channel)> {
+        self.numbers.named()
     }
 
     fn finish(mut self: Box<Self>) -> io::Result<()> {

@@ -16,6 +16,7 @@
 //! | 100 | `CAN_FD_MESSAGE` | yes | CAN FD frames |
 //! | 101 | `CAN_FD_MESSAGE_64` | yes | |
 //! | 2, 73, 104 | `CAN_ERROR`, `CAN_ERROR_EXT`, `CAN_FD_ERROR_64` | yes | 73 |
+//! | 65 | `APP_TEXT`, a comment | skipped | which channel is which number |
 //!
 //! * Times are in units of 10 us or 1 ns, as the flags say, since the start of the measurement, which is taken as UTC
 //!   since the file names no zone. A file without a start counts from 1970.
@@ -54,6 +55,7 @@ const CONTAINER_HEAD_BYTES: usize = 16;
 const CAN_MESSAGE: u32 = 1;
 const CAN_ERROR: u32 = 2;
 const LOG_CONTAINER: u32 = 10;
+const APP_TEXT: u32 = 65;
 const CAN_ERROR_EXT: u32 = 73;
 const CAN_MESSAGE2: u32 = 86;
 const CAN_FD_MESSAGE: u32 = 100;

@@ -6,7 +6,7 @@ use super::super::error::{Defect, LogError};
 use super::super::window::Window;
 use super::containers::{Containers, PADDING_MAX};
 use super::object::{self, OBJECT_BYTES_MAX};
-use super::{BEGAN_AT, OBJECT_BASE_BYTES, OBJECT_MARK, date};
+use super::{APP_TEXT, BEGAN_AT, OBJECT_BASE_BYTES, OBJECT_MARK, date};
 use std::fmt;
 use std::io::Read;
 use std::path::Path;
@@ -73,7 +73,8 @@ impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
                 return Err(self.containers.malformed(defect));
             }
             if !object::is_of_can(kind) {
-                self.passed_over += 1;
+                // A comment is not a part of the traffic.
+                self.passed_over += u64::from(kind != APP_TEXT);
                 self.skip(length)?;
                 continue;
             }

@@ -1,11 +1,11 @@
 //! Writes a BLF file.
 
-use super::super::entry::{Direction, Entry, Payload};
+use super::super::entry::{Channel, Direction, Entry, Payload};
 use super::super::numbers::{CHANNELS_MAX, Numbers};
 use super::super::{Kept, WriteEntries};
 use super::{
-    BEGAN_AT, BRS, CAN_ERROR_EXT, CAN_FD_MESSAGE, CAN_MESSAGE, CONTAINER_HEAD_BYTES, EDL, ESI,
-    EXTENDED, FILE_HEAD_BYTES, FILE_MARK, LOG_CONTAINER, NANOS, OBJECT_BASE_BYTES,
+    APP_TEXT, BEGAN_AT, BRS, CAN_ERROR_EXT, CAN_FD_MESSAGE, CAN_MESSAGE, CONTAINER_HEAD_BYTES, EDL,
+    ESI, EXTENDED, FILE_HEAD_BYTES, FILE_MARK, LOG_CONTAINER, NANOS, OBJECT_BASE_BYTES,
     OBJECT_HEAD_BYTES, OBJECT_MARK, REMOTE, SENT, ZLIB, date,
 };
 use embedded_can::Frame as _;
@@ -23,8 +23,9 @@ const NANOS_A_MILLISECOND: i64 = 1_000_000;
 /// Writes a BLF file.
 ///
 /// The measurement begins with the first entry, to the millisecond; earlier entries are put at its start. `canN` gets
-/// channel N + 1 if that is free, any other name the lowest free one; entries beyond 32 channels are left out. An entry
-/// with unknown direction counts as received, because the format cannot express it.
+/// channel N + 1 if that is free, any other name the lowest free one; a comment before its first entry has the name.
+/// Entries beyond 32 channels are left out. An entry with unknown direction counts as received, because the format cannot
+/// express it.
 #[derive(Debug)]
 pub(crate) struct Writer<W: Write + Seek> {
     out: W,
@@ -63,28 +64,39 @@ impl<W: Write + Seek + fmt::Debug> WriteEntries for Writer<W> {
             Payload::Error(_) => (CAN_ERROR_EXT, 32),
             Payload::Serial(_) => return Ok(Kept::LeftOut),
         };
-        let number = self.numbers.of(entry.channel).and_then(|number| u16::try_from(number).ok());
-        let Some(number) = number else { return Ok(Kept::LeftOut) };
+        let Some((number, is_new)) = self.numbers.of(entry.channel) else {
+            return Ok(Kept::LeftOut);
+        };
         let (began, ended) = self.times.unwrap_or((at - at % NANOS_A_MILLISECOND, at));
         self.times = Some((began, ended.max(at)));
         let since = (at - began).max(0) as u64;
-        let waiting = &mut self.waiting;
-        let end = waiting.len() + OBJECT_HEAD_BYTES + length;
-        push_base(waiting, OBJECT_HEAD_BYTES, OBJECT_HEAD_BYTES + length, kind);
-        waiting.extend(NANOS.to_le_bytes());
-        waiting.extend([0; 4]);
-        waiting.extend(since.to_le_bytes());
-        waiting.extend(number.to_le_bytes());
-        if let Payload::Frame(frame) = &entry.payload {
-            push_frame(waiting, frame, entry.direction);
+        if is_new {
+            let mut text = format!("channel {number} is {}", entry.channel);
+            // Every object ends at a multiple of four bytes: readers differ in what they expect behind others.
+            while !text.len().is_multiple_of(4) {
+                text.push(' ');
+            }
+            self.object(APP_TEXT, since, 16 + text.len(), |waiting| {
+                // The comment of a measurement; a reserved word; its length; a reserved word.
+                waiting.extend([0, 0, text.len() as u32, 0].map(u32::to_le_bytes).concat());
+                waiting.extend(text.as_bytes());
+            });
         }
-        // Unknown values are zero.
-        waiting.resize(end, 0);
-        self.objects = self.objects.saturating_add(1);
+        self.object(kind, since, length, |waiting| {
+            // At most 32.
+            waiting.extend((number as u16).to_le_bytes());
+            if let Payload::Frame(frame) = &entry.payload {
+                push_frame(waiting, frame, entry.direction);
+            }
+        });
         if self.waiting.len() >= CONTAINER_BYTES {
             self.flush()?;
         }
         Ok(Kept::Written)
+    }
+
+    fn numbered(&self) -> Vec<(usize, Channel)> {
+        self.numbers.named()
     }
 
     fn finish(mut self: Box<Self>) -> io::Result<()> {
@@ -99,6 +111,19 @@ impl<W: Write + Seek + fmt::Debug> WriteEntries for Writer<W> {
 }
 
 impl<W: Write + Seek> Writer<W> {
+    /// Appends an object of that type and length, without its head; values that `push` leaves are unknown, and zero.
+    fn object(&mut self, kind: u32, since: u64, length: usize, push: impl FnOnce(&mut Vec<u8>)) {
+        let waiting = &mut self.waiting;
+        let end = waiting.len() + OBJECT_HEAD_BYTES + length;
+        push_base(waiting, OBJECT_HEAD_BYTES, OBJECT_HEAD_BYTES + length, kind);
+        waiting.extend(NANOS.to_le_bytes());
+        waiting.extend([0; 4]);
+        waiting.extend(since.to_le_bytes());
+        push(waiting);
+        waiting.resize(end, 0);
+        self.objects = self.objects.saturating_add(1);
+    }
+
     /// Writes a container. Bytes beyond its length wait for the next.
     fn flush(&mut self) -> io::Result<()> {
         let count = self.waiting.len().min(CONTAINER_BYTES);

@@ -44,8 +44,14 @@ pub(super) struct Written {
     pub(super) data: u64,
 }
 
-/// The start of a file, of constant length. `began` is in nanoseconds since 1970.
-pub(super) fn head(is_finished: bool, began: u64, groups: [Written; Kind::ALL.len()]) -> Vec<u8> {
+/// The start of a file, of constant length. `began` is in nanoseconds since 1970, `comment` the address of a comment, zero
+/// if there is none.
+pub(super) fn head(
+    is_finished: bool,
+    began: u64,
+    groups: [Written; Kind::ALL.len()],
+    comment: u64,
+) -> Vec<u8> {
     let mut blocks = Blocks::behind_begin();
     let mut next = 0;
     for (kind, written) in Kind::ALL.into_iter().zip(groups).rev() {
@@ -53,7 +59,7 @@ pub(super) fn head(is_finished: bool, began: u64, groups: [Written; Kind::ALL.le
     }
     let history = blocks.history(began);
     let mut bytes = blocks.into_bytes();
-    bytes[..BEGIN_BYTES].copy_from_slice(&begin(is_finished, began, next, history, 0));
+    bytes[..BEGIN_BYTES].copy_from_slice(&begin(is_finished, began, next, history, comment));
     bytes
 }
 

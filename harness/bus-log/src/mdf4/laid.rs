@@ -1,6 +1,7 @@
 //! Lays out the blocks of a file, and the common start of all files.
 
 use super::{BLOCK_HEAD_BYTES, CN_MASTER, FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
+use std::fmt::Write as _;
 
 const HEADER_BYTES: usize = 104;
 
@@ -143,6 +144,36 @@ pub(super) fn begin(
     let data = [&began.to_le_bytes()[..], &[0; 4], &[2], &[0; 19]].concat();
     push_block(&mut bytes, *b"##HD", &[groups, history, 0, 0, 0, comment], &data);
     bytes
+}
+
+/// The comment of the header, with a terminating zero.
+pub(super) fn comment<N: AsRef<str>>(facts: &[(N, String)]) -> String {
+    let mut text =
+        "<HDcomment xmlns=\"http://www.asam.net/mdf/v4\"><TX></TX><common_properties>".to_owned();
+    for (name, value) in facts {
+        // Writing to a string does not fail.
+        let _ = write!(text, "<e name=\"{}\">{}</e>", escaped(name.as_ref()), escaped(value));
+    }
+    text + "</common_properties></HDcomment>\0"
+}
+
+/// Escapes text for XML 1.0. Characters that XML does not allow become spaces.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::new();
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\n' | '\r' | '\t' => escaped.push(character),
+            other if other.is_control() || matches!(other, '\u{fffe}' | '\u{ffff}') => {
+                escaped.push(' ')
+            }
+            other => escaped.push(other),
+        }
+    }
+    escaped
 }
 
 /// Appends a block to `out`, padded to a multiple of eight bytes.

@@ -1,10 +1,11 @@
 //! Writes an MDF file of version 4.10.
 
-use super::super::entry::{Direction, Entry, Payload};
+use super::super::entry::{Channel, Direction, Entry, Payload};
 use super::super::numbers::{CHANNELS_MAX, Numbers};
 use super::super::{Kept, WriteEntries};
 use super::Kind;
 use super::head::{self, Written};
+use super::laid;
 use super::output::{Data, Output, Target};
 use embedded_can::Frame as _;
 use std::io;
@@ -16,9 +17,9 @@ const BLOCK_RECORDS: usize = 4_096;
 /// Writes an MDF file of version 4.10.
 ///
 /// The measurement begins with the first entry. `canN` gets bus N + 1 if that is free, any other name the lowest free
-/// one; entries beyond 32 channels are left out. An entry with unknown direction counts as received, because the format
-/// cannot express it. Frames, remote requests and error frames have separate groups, each with a buffer of 4,096
-/// records.
+/// one; the comment of the header has the names. Entries beyond 32 channels are left out. An entry with unknown
+/// direction counts as received, because the format cannot express it. Frames, remote requests and error frames have
+/// separate groups, each with a buffer of 4,096 records.
 #[derive(Debug)]
 pub(crate) struct Writer<'w> {
     out: Output<'w>,
@@ -43,7 +44,7 @@ impl Group {
 impl<'w> Writer<'w> {
     /// Reserves room for the head of the file in `out`.
     pub(crate) fn new(out: impl Target + 'w) -> io::Result<Self> {
-        let head = head::head(false, 0, Default::default());
+        let head = head::head(false, 0, Default::default(), 0);
         let out = Output::new(out, &head)?;
         let numbers = Numbers::up_to(CHANNELS_MAX);
         let groups = Box::new(Kind::ALL.map(Group::of));
@@ -61,7 +62,8 @@ impl WriteEntries for Writer<'_> {
             Payload::Error(_) => (Kind::Error, None),
             Payload::Serial(_) => return Ok(Kept::LeftOut),
         };
-        let number = self.numbers.of(entry.channel).and_then(|number| u8::try_from(number).ok());
+        let number = self.numbers.of(entry.channel);
+        let number = number.and_then(|(number, _)| u8::try_from(number).ok());
         let Some(number) = number else { return Ok(Kept::LeftOut) };
         // Both count from 1970.
         let since = at - *self.began.get_or_insert(at);
@@ -81,13 +83,22 @@ impl WriteEntries for Writer<'_> {
         Ok(Kept::Written)
     }
 
+    fn numbered(&self) -> Vec<(usize, Channel)> {
+        self.numbers.named()
+    }
+
     fn finish(mut self: Box<Self>) -> io::Result<()> {
+        // Before the last of the data: a file that is cut here lacks data, too, and says so.
+        let names = self.numbers.named().into_iter();
+        let names: Vec<_> =
+            names.map(|(number, name)| (format!("channel {number}"), name.to_string())).collect();
+        let comment = self.out.block(*b"##MD", &[], laid::comment(&names).as_bytes())?;
         let mut written = [Written::default(); Kind::ALL.len()];
         for (written, group) in written.iter_mut().zip(self.groups.iter_mut()) {
             *written = Written { records: group.count, data: group.data.finish(&mut self.out)? };
         }
         let began = self.began.unwrap_or(0).unsigned_abs();
-        self.out.finish(&head::head(true, began, written))
+        self.out.finish(&head::head(true, began, written, comment))
     }
 }
 

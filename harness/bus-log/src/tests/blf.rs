@@ -75,7 +75,7 @@ fn objects() -> Vec<Vec<u8>> {
         object(1, 32, 1, 150, &message),
         object(1, 32, 2, 1_500_001, &remote),
         object(86, 40, 2, 1_500_002, &longer),
-        object(65, 32, 2, 1_500_002, b"an event of the program"),
+        object(96, 32, 2, 1_500_002, b"a marker of the program"),
         // Two bytes after an object of 55 bytes.
         vec![0; 2],
         object(101, 40, 2, 1_500_003, &fd_64(9, 12, 0x7000, 1, 0, &twelve)),

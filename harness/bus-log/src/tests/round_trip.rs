@@ -1,9 +1,14 @@
 //! Written entries can be read, as far as the format can hold them; and no bytes make a reader panic.
 
 use super::samples::{any_entry, any_frame, read, written};
-use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
+use crate::convert::convert;
+use crate::{
+    Channel, Direction, Entry, ErrorFrame, Format, LogError, LogReader, LogWriter, Payload,
+};
 use proptest::prelude::*;
 use std::io::Cursor;
+use std::path::Path;
+use wire::can::{CanFrame, Id, StandardId};
 use wire::time::Timestamp;
 
 /// In whole microseconds.
@@ -134,8 +139,8 @@ proptest! {
 
 #[test]
 fn a_channel_too_many_is_left_out() {
-    use crate::{Kept, LogWriter};
-    let path = std::path::Path::new("bus.log");
+    use crate::Kept;
+    let path = Path::new("bus.log");
     let limits = [
         (Format::Asc, 32),
         (Format::Pcapng, 256),
@@ -156,6 +161,63 @@ fn a_channel_too_many_is_left_out() {
             assert_eq!(writer.write(&entry).unwrap(), kept, "{format:?} {number}");
         }
     }
+}
+
+/// Contents of the first container of a BLF file.
+fn unpacked(blf: &[u8]) -> Vec<u8> {
+    // The heads of the file and of the container.
+    let mut objects = Vec::new();
+    let mut decoder = flate2::read::ZlibDecoder::new(&blf[144 + 32..]);
+    std::io::Read::read_to_end(&mut decoder, &mut objects).unwrap();
+    objects
+}
+
+#[test]
+fn a_file_without_names_says_which_channel_is_which_number() {
+    let entries: Vec<_> = ["can1", "body", "can1"]
+        .into_iter()
+        .map(|name| Entry {
+            at: Timestamp::ZERO,
+            channel: Channel::new(name).unwrap(),
+            direction: Some(Direction::Rx),
+            payload: Payload::Frame(CanFrame::new(Id::Standard(StandardId::ZERO), &[1]).unwrap()),
+        })
+        .collect();
+    for (format, names) in [
+        (Format::Asc, ["// channel 2 is can1\n", "// channel 1 is body\n"]),
+        (Format::Trc, [";   Bus 2 is can1\r\n", ";   Bus 1 is body\r\n"]),
+        (Format::Blf, ["channel 2 is can1", "channel 1 is body"]),
+        (Format::Mdf4, [r#"<e name="channel 2">can1</e>"#, r#"<e name="channel 1">body</e>"#]),
+    ] {
+        let bytes = written(format, &entries);
+        let text = if format == Format::Blf { unpacked(&bytes) } else { bytes.clone() };
+        let text = String::from_utf8_lossy(&text);
+        for name in names {
+            assert_eq!(text.matches(name).count(), 1, "{format:?}: {name}");
+        }
+        let mut reader = LogReader::new(Path::new("bus.log"), Cursor::new(&bytes), format).unwrap();
+        let channels: Vec<_> =
+            reader.by_ref().map(|entry| entry.unwrap().channel.to_string()).collect();
+        assert_eq!(channels, ["can1", "can0", "can1"], "{format:?}");
+        assert_eq!((reader.passed_over(), reader.notes()), (0, Vec::new()), "{format:?}");
+    }
+}
+
+#[test]
+fn a_conversion_tells_the_numbers_of_channels_without_names() {
+    let entry = |name| Entry {
+        at: Timestamp::ZERO,
+        channel: Channel::new(name).unwrap(),
+        direction: None,
+        payload: Payload::Error(ErrorFrame::BUS_ERROR),
+    };
+    let told = |format| {
+        let entries = [Ok::<_, LogError>(entry("can1")), Ok(entry("body"))];
+        let writer = LogWriter::new(Path::new("bus.log"), Cursor::new(Vec::new()), format);
+        convert(entries, writer.unwrap()).unwrap().to_string()
+    };
+    assert_eq!(told(Format::Asc), "2 entries; channel 1 is body, 2 is can1");
+    assert_eq!(told(Format::Candump), "2 entries");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Writes a TRC file of version 2.1.
 
-use super::super::entry::{Direction, Entry, Payload};
+use super::super::entry::{Channel, Direction, Entry, Payload};
 use super::super::numbers::Numbers;
 use super::super::{Kept, WriteEntries, hex};
 use super::{DAYS_TO_1970, NANOS_A_DAY};
@@ -17,8 +17,8 @@ const DAY_DIGITS: u32 = 15;
 /// Writes a TRC file of version 2.1.
 ///
 /// The start is the first entry's time, to the microsecond; earlier entries are put at zero. `canN` gets bus N + 1 if
-/// that is free, any other name the lowest free one; entries beyond 16 buses are left out. An entry with unknown
-/// direction counts as received, because the format cannot express it.
+/// that is free, any other name the lowest free one; a comment before its first entry has the name. Entries beyond 16
+/// buses are left out. An entry with unknown direction counts as received, because the format cannot express it.
 #[derive(Debug)]
 pub(crate) struct Writer<W: Write> {
     out: W,
@@ -43,7 +43,7 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
         if matches!(entry.payload, Payload::Serial(_)) {
             return Ok(Kept::LeftOut);
         }
-        let Some(bus) = self.numbers.of(entry.channel) else { return Ok(Kept::LeftOut) };
+        let Some((bus, is_new)) = self.numbers.of(entry.channel) else { return Ok(Kept::LeftOut) };
         let micros = nanos / 1_000;
         let began = match self.began {
             Some(began) => began,
@@ -59,6 +59,9 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
             _ => ("ER", None, 5),
         };
         self.line.clear();
+        if is_new {
+            write!(self.line, ";   Bus {bus} is {}\r\n", entry.channel)?;
+        }
         write!(self.line, "{:>7} {millis:>9}.{micros:03} {kind} {bus:>2} ", self.messages)?;
         match id {
             Some(Id::Standard(id)) => {
@@ -77,6 +80,10 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
         self.line.extend(b"\r\n");
         self.out.write_all(&self.line)?;
         Ok(Kept::Written)
+    }
+
+    fn numbered(&self) -> Vec<(usize, Channel)> {
+        self.numbers.named()
     }
 
     fn finish(mut self: Box<Self>) -> io::Result<()> {

@@ -4,7 +4,6 @@ use super::{CHOICES_MAX, Channel, Group};
 use crate::mdf4::channels::{Form, Kind};
 use crate::mdf4::laid::{self, Blocks, FLOAT, Records, SIGNED, UNSIGNED, UTF8, Values};
 use crate::mdf4::{CN_FIXED, CN_MASTER, CN_VARIABLE};
-use std::fmt::Write as _;
 
 /// The channel has an invalidation bit.
 const CN_HAS_INVALID: u32 = 1 << 1;
@@ -22,38 +21,8 @@ pub(super) fn describe(
         next = group_of(&mut blocks, group, next);
     }
     let history = blocks.history(0);
-    let comment = blocks.push(b"##MD", &[], comment(facts).as_bytes());
+    let comment = blocks.push(b"##MD", &[], laid::comment(facts).as_bytes());
     (laid::begin(true, 0, next, history, comment), blocks.into_bytes())
-}
-
-/// The comment of the header, with a terminating zero.
-fn comment(facts: &[(&str, String)]) -> String {
-    let mut text =
-        "<HDcomment xmlns=\"http://www.asam.net/mdf/v4\"><TX></TX><common_properties>".to_owned();
-    for (name, value) in facts {
-        // Writing to a string does not fail.
-        let _ = write!(text, "<e name=\"{}\">{}</e>", escaped(name), escaped(value));
-    }
-    text + "</common_properties></HDcomment>\0"
-}
-
-/// Escapes text for XML 1.0. Characters that XML does not allow become spaces.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::new();
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\n' | '\r' | '\t' => escaped.push(character),
-            other if other.is_control() || matches!(other, '\u{fffe}' | '\u{ffff}') => {
-                escaped.push(' ')
-            }
-            other => escaped.push(other),
-        }
-    }
-    escaped
 }
 
 fn group_of(blocks: &mut Blocks, group: &Group, next: u64) -> u64 {
