@@ -15,7 +15,7 @@ pub use pairs::{Clock, Difference};
 use super::Rig;
 use super::line::EndId;
 use super::node::{Part, output};
-use crate::engine::FIRST_MISSION;
+use crate::engine::{FIRST_MISSION, is_of_lost};
 use crate::hosted::{HostedController as _, News};
 use controller::mission::{Command, Mission, MissionId};
 use pairs::{BUS_APART_MAX, Pairs, identifier};
@@ -46,6 +46,23 @@ pub struct Rerun {
     pub difference: Option<Difference>,
     /// How a program ended early.
     pub ended: Option<String>,
+    /// The note of the run on a device under test that ended early.
+    pub recorded_end: Option<String>,
+}
+
+impl Rerun {
+    /// Whether the devices did what they did in the run, and ended as they did there.
+    pub fn is_same(&self) -> bool {
+        self.difference.is_none() && self.ends_alike()
+    }
+
+    /// Whether a program ended early as in the run, or none did in either.
+    pub fn ends_alike(&self) -> bool {
+        match (&self.recorded_end, &self.ended) {
+            (Some(recorded), Some(now)) => recorded.ends_with(&**now),
+            (recorded, now) => recorded.is_none() && now.is_none(),
+        }
+    }
 }
 
 struct Again {
@@ -267,6 +284,9 @@ impl Again {
             }
             RecordKind::Fault(fault) => self.strike(fault)?,
             RecordKind::StepBegan { title, .. } => self.cycle(title)?,
+            RecordKind::Note(text) if is_of_lost(text) && record.device == Device::Plan => {
+                self.came.recorded_end.get_or_insert_with(|| text.clone());
+            }
             RecordKind::Note(text) if self.clock == Clock::Real => self.learn(record.device, text),
             _ => {}
         }

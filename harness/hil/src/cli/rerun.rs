@@ -56,7 +56,6 @@ impl RerunArguments {
         let (moments, started) = (moments_of(&folder)?, started(&prepared.rig));
         let clock = moments.clock;
         let came = rerun(&prepared, header.seed, moments, records)?;
-        let is_same = came.difference.is_none() && came.ended.is_none();
         if self.json {
             say_json(&document(&came, &header, &started))?;
         } else {
@@ -69,7 +68,7 @@ impl RerunArguments {
             }
             say(&text(&came, &header, clock))?;
         }
-        Ok(if is_same { Outcome::Passed } else { Outcome::Failed })
+        Ok(if came.is_same() { Outcome::Passed } else { Outcome::Failed })
     }
 }
 
@@ -109,12 +108,22 @@ fn text(came: &Rerun, header: &Header, clock: Clock) -> String {
             )
         }
     };
-    if came.difference.is_some() && clock == Clock::Real {
+    if !came.is_same() && clock == Clock::Real {
         text += "the run was in real time: what the program does by its own timers may have fallen on the other side of an input\n";
     }
-    if let Some(how) = &came.ended {
-        text += &format!("the program did not last to the end of the run: {how}\n");
-    }
+    text += &match (&came.ended, &came.recorded_end) {
+        (Some(_), Some(recorded)) if came.ends_alike() => {
+            format!("it ended as in the run: {recorded}\n")
+        }
+        (Some(how), None) => format!("the program did not last to the end of the run: {how}\n"),
+        (Some(how), Some(recorded)) => {
+            format!("it ended otherwise than in the run: recorded {recorded}, now {how}\n")
+        }
+        (None, Some(recorded)) => {
+            format!("it did not end early, as it did in the run: recorded {recorded}\n")
+        }
+        (None, None) => String::new(),
+    };
     text
 }
 
@@ -129,5 +138,6 @@ fn document(came: &Rerun, header: &Header, started: &[(String, String)]) -> Valu
         "now": count(came.now),
         "difference": difference,
         "ended": came.ended,
+        "recorded_end": came.recorded_end,
     })
 }

@@ -39,3 +39,23 @@ fn a_program_that_a_step_switches_off_is_switched_off_in_its_rerun() {
     let again = hil.run(&["rerun", "out"]).exits(0).out;
     assert!(again.contains("the same: "), "{again}");
 }
+
+/// Found by a user: all outputs were the same, and the exit status was 1.
+#[test]
+fn a_program_that_exits_as_in_the_run_is_the_same() {
+    let hil = project("if count == 20: sys.exit('no more beats')");
+    hil.run(&["run", "beats.toml", "--record", "full", "--out", "out"]).exits(1);
+    let again = hil.run(&["rerun", "out"]).exits(0).out;
+    assert!(again.contains("the same: 19 outputs"), "{again}");
+    assert!(again.contains("it ended as in the run: `beat`, which is under test, "), "{again}");
+
+    let program = fs::read_to_string(hil.path("beat.py")).unwrap();
+    for (end, told) in [
+        ("sys.exit('no power')", "it ended otherwise than in the run: recorded `beat`"),
+        ("time.sleep(1e6)", "it did not end early, as it did in the run: recorded `beat`"),
+    ] {
+        fs::write(hil.path("beat.py"), program.replace("sys.exit('no more beats')", end)).unwrap();
+        let other = hil.run(&["rerun", "out"]).exits(1).out;
+        assert!(other.contains("the same: 19 outputs") && other.contains(told), "{other}");
+    }
+}

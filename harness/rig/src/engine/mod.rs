@@ -11,6 +11,7 @@ mod fit;
 mod gaps;
 mod gathered;
 mod identify;
+mod lost;
 pub mod observe;
 mod past;
 mod phases;
@@ -53,6 +54,7 @@ use wire::time::{Span, Timestamp};
 
 pub use strays::FIRST_MISSION;
 
+pub(crate) use lost::is_of_lost;
 #[derive(Debug, Clone)]
 pub struct Engine {
     plan: Arc<Plan>,
@@ -144,19 +146,6 @@ impl Engine {
     pub fn awaiting(mut self, under_test: Vec<String>) -> Self {
         self.under_test = under_test;
         self
-    }
-
-    /// Ends the run as failed: a node under test is gone, and nothing else broke. `how` says what it did.
-    pub fn lost_node(&mut self, now: Timestamp, node: &str, how: &str) {
-        self.lost(now, &format!("`{node}`, which is under test, {how}"));
-    }
-
-    fn lost(&mut self, now: Timestamp, what: &str) {
-        let is_first = self.ending.is_none();
-        self.failed(now, what);
-        if let Some(ending) = &mut self.ending {
-            ending.lost |= is_first;
-        }
     }
 
     /// Ends the run as failed: the device under test did something forbidden.

@@ -2,6 +2,7 @@
 //! it must stand still at the end.
 
 use super::fit::Fitted;
+use super::lost::CONTROLLER_LOST;
 use super::observe::Ends;
 use super::rest_watch::RestWatch;
 use super::strays::{FIRST_MISSION, Strays};
@@ -137,7 +138,7 @@ impl Engine {
     /// As [`Self::lost_node`], for a robot's controller: nothing can confirm rest any more, and only the command time-out
     /// of the base stops it.
     pub fn lost_controller(&mut self, now: Timestamp, how: &str) {
-        self.lost(now, &format!("the device under test {how}"));
+        self.lost(now, &format!("{CONTROLLER_LOST}{how}"));
         if let Some(robot) = &mut self.robot {
             robot.teardown = None;
         }
