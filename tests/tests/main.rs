@@ -20,6 +20,7 @@ mod engine;
 mod estimators;
 mod faults;
 mod first_answers;
+mod first_message;
 mod fmu;
 mod golden;
 mod identify;

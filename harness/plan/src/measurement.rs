@@ -24,6 +24,10 @@ pub struct Declared {
     /// Which of its observations are meant; all where it is absent.
     #[serde(rename = "where", default)]
     pub filter: Filter,
+    /// Of a `period`: the time before the first message counts, too, since the `start` of the run, or since this step
+    /// or label first began.
+    #[serde(default)]
+    pub since: Option<Name>,
     /// Unit of the figure that is judged; `1` for shares, counts and ratios.
     pub unit: String,
     /// What it must satisfy.
@@ -54,6 +58,7 @@ impl Declared {
             second: facts.second_quantity.map(|(_, quantity)| quantity),
             filter: &self.filter,
             during: facts.during,
+            since: self.since.as_ref().map(Name::as_str),
             least: self.observations_min.get() as usize,
             most: band.and_then(Band::upper),
         };

@@ -71,6 +71,12 @@ pub const OPEN_AT_END: f64 = 1.0;
 /// Value of that tag for a gap that was open when a step ended: it counts for the measurements of that step alone.
 pub const OPEN_AT_STEP: f64 = 2.0;
 
+/// Prefix of the tag for the time before the first message; since when it counts follows: a step's name or label, or
+/// [`SINCE_START`]. It counts for the measurements that say so.
+pub const SINCE_PREFIX: &str = "since.";
+/// The start of the run.
+pub const SINCE_START: &str = "start";
+
 /// Whether what is still `open`, a value of that tag, after `value` is no observation yet of a measurement that allows at
 /// most `most`: it might end in time. What was open when a step ended says nothing of the whole run.
 pub fn is_undecided(open: f64, value: f64, most: Option<f64>, is_of_step: bool) -> bool {

@@ -4,9 +4,10 @@ use super::Checked;
 use super::contradiction::contradictions;
 use super::measurement::Declared;
 use super::property::Property;
-use super::quantities::find_tag;
+use super::quantities::{SINCE_START, find_tag};
 use super::reaction;
 use super::rig::Rig;
+use super::speakers::OfMessage;
 use super::step::Step;
 use super::subject::Subject;
 use super::survey::Survey;
@@ -96,6 +97,7 @@ impl<'a> Survey<'a> {
         let Some(unit) = self.unit(&declared.quantity, &at.key("quantity"))? else {
             return Ok(());
         };
+        self.since(declared, at)?;
         let facts = declared.check.kind().facts();
         if facts.is_on_the_floor && unit != "m" {
             let name = declared.check.name();
@@ -122,6 +124,22 @@ impl<'a> Survey<'a> {
             return Err(in_check("during").mistake(message).help(help));
         }
         self.figure_unit(declared, &unit, at)
+    }
+
+    fn since(&self, declared: &Declared, at: &Place) -> Checked {
+        let Some(since) = &declared.since else { return Ok(()) };
+        if !matches!(declared.quantity.of_message(), Some(OfMessage::Period { .. })) {
+            let message = format!("`{}` has no time before its first message", declared.quantity);
+            let help = "`since` goes with `period`: leave it out";
+            return Err(at.key("since").mistake(message).help(help));
+        }
+        let mut known = self.phases();
+        known.push(SINCE_START);
+        if !known.contains(&since.as_str()) {
+            let message = format!("no step or label `{since}` in this plan");
+            return Err(at.key("since").mistake(message).help(proposal(since.as_str(), &known)));
+        }
+        Ok(())
     }
 
     fn figure_unit(&self, declared: &Declared, unit: &str, at: &Place) -> Checked {

@@ -3,7 +3,7 @@
 use super::figure::{Refusal, too_few};
 use super::jackknife::Together;
 use crate::observation::{Observations, Observed};
-use crate::quantities::{OPEN_TAG, during_tag, is_undecided};
+use crate::quantities::{OPEN_TAG, SINCE_PREFIX, during_tag, is_undecided};
 use crate::quantity::{Filter, QuantityName};
 use crate::speakers::OfMessage;
 use std::cmp::Ordering;
@@ -39,6 +39,8 @@ pub struct Meant<'a> {
     pub filter: &'a Filter,
     /// The step or label during which both were observed.
     pub during: Option<&'a str>,
+    /// Since when the time before the first message counts.
+    pub since: Option<&'a str>,
     /// Fewest observations of the first.
     pub least: usize,
     /// The most that a value may be. A reaction, or a gap between messages, that was still open when the run ended, and
@@ -93,6 +95,12 @@ impl<'a> Selection<'a> {
         let open = open.filter(|_| meant.quantity.reaction().is_some());
         let of_message = meant.quantity.of_message();
         let are_periods = matches!(of_message, Some(OfMessage::Period { .. }));
+        if are_periods {
+            first.retain(|one| {
+                let since = one.others().find_map(|(tag, _)| tag.strip_prefix(SINCE_PREFIX));
+                since.is_none() || since == meant.since
+            });
+        }
         Self { least: meant.least, is_exact: false, first, second, open, are_periods }
     }
 

@@ -2,7 +2,8 @@
 //!
 //! A gap that is still open is a lower bound: it may break an upper limit, and says nothing else.
 
-use super::observe::Tags;
+use super::observe::{Tags, Waited};
+use plan::quantities::{SINCE_START, during_tag};
 use plan::{Declared, Plan, Speaker, resolve};
 use wire::time::{Span, Timestamp};
 
@@ -10,6 +11,24 @@ use wire::time::{Span, Timestamp};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Gaps {
     each: Vec<Gap>,
+    waits: Vec<Wait>,
+}
+
+/// The time before the first message, where a measurement says since when it counts.
+#[derive(Debug, Clone)]
+struct Wait {
+    quantity: String,
+    /// By speaker and message.
+    message: (usize, usize),
+    since: String,
+    began: Option<Timestamp>,
+}
+
+impl Wait {
+    fn until(&self, now: Timestamp) -> Option<Waited> {
+        let (quantity, since) = (self.quantity.clone(), self.since.clone());
+        Some(Waited { quantity, since, seconds: (now - self.began?).as_secs_f64() })
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -24,13 +43,24 @@ struct Gap {
 }
 
 impl Gaps {
-    pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
+    /// Those of a run that begins now.
+    pub(super) fn of(plan: &Plan, speakers: &[Speaker], now: Timestamp) -> Self {
         let mut gaps: Vec<Gap> = Vec::new();
+        let mut waits: Vec<Wait> = Vec::new();
         for declared in &plan.measurements {
             let of = declared.quantity.of_message();
             let place = of.and_then(|of| resolve(speakers, of).ok());
             let Some(place) = place.filter(|place| place.signal.is_none()) else { continue };
             let quantity = declared.quantity.as_str();
+            let since = declared.since.as_ref().map(|since| since.as_str().to_owned());
+            let is_known = |since: &str| {
+                waits.iter().any(|one| one.quantity == quantity && one.since == since)
+            };
+            if let Some(since) = since.filter(|since| !is_known(since)) {
+                let message = (place.speaker, place.message);
+                let began = (since == SINCE_START).then_some(now);
+                waits.push(Wait { quantity: quantity.to_owned(), message, since, began });
+            }
             if let Some(known) = gaps.iter_mut().find(|gap| gap.quantity == quantity) {
                 known.judges.push(declared.clone());
                 continue;
@@ -43,21 +73,26 @@ impl Gaps {
                 judges: vec![declared.clone()],
             });
         }
-        Self { each: gaps }
+        Self { each: gaps, waits }
     }
 
-    /// A message came.
-    pub(super) fn heard(&mut self, now: Timestamp, message: (usize, usize)) {
+    /// A message came. Returns how long it has been waited for, if it is the first.
+    pub(super) fn heard(&mut self, now: Timestamp, message: (usize, usize)) -> Vec<Waited> {
         for gap in self.each.iter_mut().filter(|gap| gap.message == message) {
             if let Some(last) = gap.last.replace(now) {
                 gap.longest = gap.longest.max(now - last);
             }
         }
+        let over = self.waits.extract_if(.., |wait| wait.message == message);
+        over.filter_map(|wait| wait.until(now)).collect()
     }
 
     /// A step ends and another begins. Returns the quantities, and the gaps in s, that break a limit which is judged during
     /// the first and not during the second.
     pub(super) fn left(&mut self, now: Timestamp, from: &Tags, to: &Tags) -> Vec<(String, f64)> {
+        for wait in self.waits.iter_mut().filter(|wait| to.contains_key(&during_tag(&wait.since))) {
+            wait.began.get_or_insert(now);
+        }
         let is_left = |one: &Declared| one.is_judged_at(from) && !one.is_judged_at(to);
         let open = self.open(now, |_, judges, seconds| {
             judges.iter().any(|one| is_left(one) && one.is_broken_by_gap(seconds))
@@ -71,6 +106,11 @@ impl Gaps {
         self.open(now, |longest, judges, seconds| {
             seconds > longest || judges.iter().any(|one| one.is_broken_by_gap(seconds))
         })
+    }
+
+    /// The run ends. Returns how long messages have been waited for that never came.
+    pub(super) fn waited(&self, now: Timestamp) -> Vec<Waited> {
+        self.waits.iter().filter_map(|wait| wait.until(now)).collect()
     }
 
     fn open(

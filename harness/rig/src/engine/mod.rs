@@ -135,7 +135,7 @@ impl Engine {
     #[must_use]
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
         self.signals = Signals::of(&self.plan, speakers);
-        self.gaps = Gaps::of(&self.plan, speakers);
+        self.gaps = Gaps::of(&self.plan, speakers, self.began);
         self.reactions = Reactions::of(&self.plan, speakers);
         self.transfers = Transfers::of(speakers);
         self
@@ -287,15 +287,16 @@ impl Engine {
             return;
         }
         self.answer_sdo(now, speaker, decoded);
-        self.gaps.heard(now, (speaker, decoded.message));
+        let waited = self.gaps.heard(now, (speaker, decoded.message));
         let brought = self.signals.take(now, (speaker, decoded.message), decoded.values);
         let took = self.reactions.take(now, speaker, decoded);
-        if !brought.is_empty() || !took.is_empty() {
+        if !brought.is_empty() || !took.is_empty() || !waited.is_empty() {
             self.observe(now, |collector| {
                 for (name, value) in &brought {
                     collector.add_named(name, *value, 0.0, &[]);
                 }
                 took.into_iter().for_each(|took| collector.reaction(took));
+                waited.iter().for_each(|waited| collector.waited(waited, None));
             });
         }
         // What was known before the step shows nothing of a node that has fallen silent.

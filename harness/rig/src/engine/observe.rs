@@ -4,7 +4,7 @@ use super::rest_watch::Window;
 use crate::bench::{BenchFacts, Look};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use plan::observation::Observation;
-use plan::quantities::{self as q, OPEN_AT_END, OPEN_TAG, Quantity};
+use plan::quantities::{self as q, OPEN_AT_END, OPEN_TAG, Quantity, SINCE_PREFIX};
 use plan::{Direction, TableTurn};
 use std::collections::BTreeMap;
 use wire::base::HEADING_STEP;
@@ -74,6 +74,14 @@ pub(super) struct Took {
     pub(super) is_open: bool,
 }
 
+/// How long the first message has been waited for.
+#[derive(Debug)]
+pub(super) struct Waited {
+    pub(super) quantity: String,
+    pub(super) since: String,
+    pub(super) seconds: f64,
+}
+
 /// Collects observations with common tags.
 pub(super) struct Collector<'a> {
     pub(super) tags: &'a Tags,
@@ -106,6 +114,13 @@ impl<'a> Collector<'a> {
         let open = is_open.then(|| (OPEN_TAG.to_owned(), OPEN_AT_END));
         tags.extend(time.into_iter().chain(open));
         self.out.push(Observation { quantity, value: seconds, uncertainty: 0.0, tags });
+    }
+
+    /// The time before the first message; with the value of the tag where it never came.
+    pub(super) fn waited(&mut self, waited: &Waited, open: Option<f64>) {
+        let since = format!("{SINCE_PREFIX}{}", waited.since);
+        let tags = [(&*since, 1.0)].into_iter().chain(open.map(|open| (OPEN_TAG, open)));
+        self.add_named(&waited.quantity, waited.seconds, 0.0, &Vec::from_iter(tags));
     }
 
     /// Gaps between messages that are still open, with this value of the tag.
