@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use crate::rigs::{cells, load, project};
+use embedded_can::Frame as _;
 use harness::TrialRun;
 use wire::can::{CanFrame, ExtendedId, Id, StandardId};
 use wire::device::{Device, PortId, Transmit};
@@ -28,6 +29,7 @@ under_test = { in_process = true }
 #[derive(Debug)]
 struct Strange {
     identifiers: Vec<Id>,
+    are_remote: bool,
     next: Timestamp,
     outgoing: Vec<CanFrame>,
 }
@@ -43,8 +45,11 @@ impl Device for Strange {
         let mut data = [0; 8];
         // The cells' checksum is right.
         data[7] = crc::Crc::<u8>::new(&crc::CRC_8_SAE_J1850).checksum(&data[..7]);
-        let frames = self.identifiers.iter().map(|id| CanFrame::new(*id, &data).unwrap());
-        self.outgoing = frames.collect();
+        let frame = |id: &Id| match self.are_remote {
+            true => CanFrame::new_remote(*id, 8),
+            false => CanFrame::new(*id, &data),
+        };
+        self.outgoing = self.identifiers.iter().map(|id| frame(id).unwrap()).collect();
     }
 
     fn next_wakeup(&self) -> Timestamp {
@@ -61,10 +66,15 @@ fn notes(identifiers: &[Id]) -> Vec<String> {
 }
 
 fn run(identifiers: &[Id]) -> TrialRun {
-    let trial = load(&project(RIG, &cells())).unwrap();
+    run_of(&cells(), identifiers, false)
+}
+
+fn run_of(plan: &str, identifiers: &[Id], are_remote: bool) -> TrialRun {
+    let trial = load(&project(RIG, plan)).unwrap();
     let identifiers = identifiers.to_vec();
     let strange = move || Strange {
         identifiers: identifiers.clone(),
+        are_remote,
         next: Timestamp::from_nanos(1),
         outgoing: Vec::new(),
     };
@@ -95,6 +105,50 @@ fn a_forged_message_is_judged_as_its_owners() {
     assert!(run(&[standard(512), standard(0x7ff)]).passed());
     let forged = run(&[standard(256)]);
     assert!(!forged.passed() && forged.value("it") == Some(0.0), "{forged}");
+}
+
+/// Found by a user: they were noted nowhere.
+#[test]
+fn remote_requests_are_noted() {
+    let run = run_of(&cells(), &[standard(256), standard(512), standard(0x7ff)], true);
+    assert_eq!(
+        run.summary().notes,
+        [
+            "manager sent frames that are no message of can0: 0x7ff (4)",
+            "4 remote requests on can0 for 0x100 of cells, which does not answer them",
+            "4 remote requests on can0 for 0x200 of manager",
+        ]
+    );
+    assert!(run.passed(), "{run}");
+}
+
+fn at_most(most: u32) -> String {
+    format!(
+        "{}[[measurement]]\nname = \"strange\"\ndoc = \"What is no message\"\nquantity = \"unexpected.can0\"\n\
+         unit = \"1\"\ncheck = {{ all_within = {{ at_most = {most} }} }}\n",
+        cells()
+    )
+}
+
+#[test]
+fn a_plan_judges_how_much_came_that_is_no_message() {
+    let strange = [standard(0x7ff), standard(0x7fe)];
+    let none: [Id; 0] = [];
+    for (identifiers, are_remote, most, passes) in [
+        (&none[..], false, 0, true),
+        (&[standard(512)], false, 0, true),
+        (&strange, false, 8, true),
+        (&strange, false, 7, false),
+        (&[standard(256)], true, 4, true),
+        (&[standard(256)], true, 3, false),
+    ] {
+        let run = run_of(&at_most(most), identifiers, are_remote);
+        assert_eq!(run.passed(), passes, "{run}");
+    }
+    let other = at_most(0).replace("unexpected.can0", "unexpected.can1");
+    let Err(error) = load(&project(RIG, &other)) else { panic!("taken") };
+    let why = tests::project::why(&error);
+    assert!(why.contains("no line `can1` with known messages"), "{why}");
 }
 
 #[test]

@@ -95,8 +95,11 @@ pub const SDO_PREFIX: &str = "sdo.";
 pub const OPERATOR_PREFIX: &str = "operator.";
 /// Prefix of a number that a diagnostic request reads.
 pub const UDS_PREFIX: &str = "uds.";
-/// Prefixes of the quantities whose names a plan chooses.
-pub(crate) const CHOSEN: [&str; 4] = [OPERATOR_PREFIX, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX];
+/// Prefix of a line: how much came on it, in the whole run, that is no good message of its nodes.
+pub const UNEXPECTED_PREFIX: &str = "unexpected.";
+/// Prefixes of the quantities whose names a plan or its rig chooses.
+pub(crate) const CHOSEN: [&str; 5] =
+    [OPERATOR_PREFIX, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX, UNEXPECTED_PREFIX];
 
 /// The tag of observations made during `phase`, a step's name or label.
 pub fn during_tag(phase: &str) -> String {

@@ -6,6 +6,7 @@ use super::band::Band;
 use super::name::{EXPECTED_NAME, Name};
 use super::quantities::{
     self, CHOSEN, NAMES, OPERATOR_PREFIX, Quantity, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX,
+    UNEXPECTED_PREFIX,
 };
 use super::speakers::OfMessage;
 use serde::{Deserialize, Deserializer, de};
@@ -13,9 +14,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 /// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, `reaction.<name>`, `uds.<name>`,
-/// `sdo.<name>`, or, for the
-/// messages of a rig, `<node>.<signal>`, `<node>.<message>.<signal>` and `period.<node>.<message>`. In a plan with a
-/// single device these are `signal.<signal>` and `period.<message>`.
+/// `sdo.<name>`, `unexpected.<line>`, or, for the messages of a rig, `<node>.<signal>`, `<node>.<message>.<signal>` and
+/// `period.<node>.<message>`. In a plan with a single device these are `signal.<signal>` and `period.<message>`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct QuantityName(String);
 
@@ -56,7 +56,12 @@ impl QuantityName {
         [SDO_PREFIX, UDS_PREFIX].into_iter().find_map(of)
     }
 
-    /// Whether the plan chooses the last part of its name.
+    /// The line, if it is what came there unexpectedly.
+    pub fn line(&self) -> Option<&str> {
+        self.0.strip_prefix(UNEXPECTED_PREFIX)
+    }
+
+    /// Whether the plan or its rig chooses the last part of its name.
     pub(crate) fn is_chosen(&self) -> bool {
         CHOSEN.iter().any(|prefix| self.0.starts_with(prefix))
     }

@@ -161,7 +161,7 @@ impl Rig {
         log: &[Logged],
         named: Named<'_>,
     ) -> Result<Self, (String, Vec<String>)> {
-        let Self { lines, nodes, speakers, notes, .. } = &mut self;
+        let Self { lines, nodes, speakers, notes, foreign, .. } = &mut self;
         let channels = Channels { log, named, lines };
         let has_bytes = log.iter().any(|one| matches!(one.what, Transmit::Bytes(_)));
         let is_unheard = |line: &RigLine| {
@@ -184,6 +184,7 @@ impl Rig {
                 let is_request = || requests.get(place).is_some_and(|of| of.contains(&frame.id()));
                 if decoders.iter().all(|one| !one.takes(frame.id())) && !is_request() {
                     unknown.count(frame.id());
+                    foreign.entry(line.name.clone()).or_default().push(one.at);
                 }
             }
             if fd > 0 && line.data_bit_rate.is_none() {

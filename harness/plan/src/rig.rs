@@ -47,6 +47,7 @@ use emulators::base::Transport;
 use emulators::device_file::{Devices, Mount};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 use wire::can::{BIT_RATE, BitRates};
@@ -215,6 +216,8 @@ impl RigNode {
 pub struct Rig {
     /// All traffic is from a log that lasted so long. It has the times of arrival: nothing takes time on a line or waits.
     pub logged: Option<Span>,
+    /// When the log has frames that no node of the rig sends, by line: they are left out.
+    pub foreign: BTreeMap<String, Vec<Span>>,
     /// The paper's robot or table; its lines come before the others.
     pub robot: Option<Box<Devices>>,
     /// The lines, except those of the robot.

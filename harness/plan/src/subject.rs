@@ -158,6 +158,18 @@ impl<'a> Subject<'a> {
         Ok(())
     }
 
+    /// Checks that the messages of nodes on this line are known.
+    pub(super) fn line(&self, line: &str, at: &Place) -> Checked {
+        let Some(rig) = self.rig else { return Ok(()) };
+        let mut known: Vec<&str> = rig.speakers.iter().map(|one| &*one.line_name).collect();
+        known.dedup();
+        if known.contains(&line) {
+            return Ok(());
+        }
+        let message = format!("no line `{line}` with known messages");
+        Err(at.mistake(message).help(proposal(line, &known)))
+    }
+
     /// The unit of a quantity of messages; `None` if the rig is not loaded.
     pub(super) fn unit(
         &self,

@@ -57,6 +57,9 @@ impl<'a> Survey<'a> {
             reaction::find(self.reactions, name, at)?;
             return Ok(Some("s".to_owned()));
         }
+        if let Some(line) = quantity.line() {
+            return self.subject.line(line, at).map(|()| Some("1".to_owned()));
+        }
         if let Some((step, name)) = quantity.read() {
             return self.reads.get(&(step, name)).cloned().ok_or_else(|| {
                 let message = format!("no step `{step}` in this plan reads `{name}`");

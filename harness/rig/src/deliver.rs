@@ -71,11 +71,12 @@ impl Simulation {
             }
         }
         rig.hand_over(now, line, from, what, |node| touched.node(node));
-        rig.read((line, from), what, |speaker, decoded| {
+        let unexpected = rig.read((line, from), what, |speaker, decoded| {
             director.engine.message(now, speaker, &decoded);
             touched.0 |= Touched::PLAN;
             see(watch, now, &Seen::Message { speaker, decoded });
         });
+        director.engine.unexpected(&rig.line_names[line], unexpected);
         if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
             director.hear_table(now, packet.as_slice());
             touched.0 |= Touched::PLAN;

@@ -57,6 +57,7 @@ mod supply;
 pub mod talk;
 pub mod tester;
 mod touched;
+mod unexpected;
 pub mod watch;
 
 pub use rig::Rig;

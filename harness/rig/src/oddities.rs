@@ -15,6 +15,8 @@ pub(crate) struct Oddities {
     pub(crate) unexpected: Identifiers,
     /// Frames from a port with its identifiers, although this run sends its messages.
     pub(crate) doubled: Identifiers,
+    /// Remote requests for its messages.
+    pub(crate) requested: Identifiers,
 }
 
 impl Oddities {

@@ -37,6 +37,7 @@ impl Rig {
         }
         remarks.extend(self.unexpected());
         remarks.extend(self.doubled());
+        remarks.extend(self.requested());
         for ear in &self.ears {
             let node = self.lines[ear.line].name(ear.end);
             for (message, count) in &ear.oddities.wrong_checksums {
@@ -122,17 +123,28 @@ impl Rig {
         })
     }
 
+    /// A sentence about each message of a node that remote requests asked for.
+    fn requested(&self) -> impl Iterator<Item = String> + '_ {
+        self.ears.iter().flat_map(|ear| {
+            let (line, line_name) = (&self.lines[ear.line], &self.line_names[ear.line]);
+            let node = line.ends().get(ear.end.place()).map(|end| &self.nodes[end.node]);
+            let is_played =
+                node.is_some_and(|node| matches!(node.part, Part::Described(_) | Part::Tester(_)));
+            let answer = if is_played { ", which does not answer them" } else { "" };
+            let told = move |(id, count): (Id, u64)| {
+                let node = line.name(ear.end);
+                let requests = figures::counted(count, "remote request", "remote requests");
+                format!("{requests} on {line_name} for {} of {node}{answer}", Hex(id))
+            };
+            ear.oddities.requested.each().map(told)
+        })
+    }
+
     /// A sentence about each identifier that an end sent and that is another node's, and one about those of nobody.
     fn unexpected(&self) -> impl Iterator<Item = String> + '_ {
         let odd = |ear: &&Ear| ear.judged && !ear.oddities.unexpected.is_empty();
         self.ears.iter().filter(odd).flat_map(|ear| {
             let mut rest = ear.oddities.unexpected.clone();
-            let at = |other: &&Ear| (other.line, other.end) == (ear.line, ear.end);
-            // A node may have several layouts on one line.
-            rest.take(|id| self.ears.iter().filter(at).any(|other| other.decoder.takes(id)));
-            // A client of diagnostics asks on a channel that a node of the line declares.
-            let beside = || self.ears.iter().filter(|other| other.line == ear.line);
-            rest.take(|id| beside().any(|other| other.decoder.layout().is_asked_by(id)));
             let another = |id: Id| {
                 let is_it = |other: &&Ear| other.line == ear.line && other.decoder.takes(id);
                 self.ears.iter().find(is_it)

@@ -114,14 +114,16 @@ impl Rig {
         }
     }
 
-    /// Decodes what an end of a line sent; calls `take` for each message with its speaker.
+    /// Decodes what an end of a line sent; calls `take` for each message with its speaker. Returns how many bytes, frames and
+    /// messages of it were unexpected or damaged.
     #[inline]
     pub fn read(
         &mut self,
         (line, from): (usize, EndId),
         what: &Transmit,
         mut take: impl FnMut(usize, Decoded<'_>),
-    ) {
+    ) -> u64 {
+        let (mut odd, mut is_known) = (0, self.ears.is_empty());
         let is_forged = self.is_forged(line, from, what);
         for ear in &mut self.ears {
             // A bus does not tell who sent a frame: a stranger's, or one with another node's identifier, counts as the
@@ -136,6 +138,7 @@ impl Rig {
                 }
                 continue;
             }
+            let before = ear.damage();
             let Ear { speaker, decoder, oddities, .. } = ear;
             let mut take = |decoded: Decoded<'_>| {
                 oddities.see(&decoded);
@@ -144,16 +147,18 @@ impl Rig {
             match what {
                 Transmit::Frame(frame) => {
                     let decoded = decoder.frame(frame);
-                    let is_message = decoded.is_some();
+                    is_known |= decoded.is_some();
                     decoded.into_iter().for_each(take);
-                    // A remote request has the identifier of another node's message, which it asks for.
-                    let is_odd = !is_message && !strange && !frame.is_remote();
-                    if is_odd && !decoder.takes(frame.id()) {
-                        oddities.unexpected.count(frame.id());
-                    }
                 }
                 Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut take),
             }
+            odd += ear.damage() - before;
+        }
+        match what {
+            Transmit::Frame(frame) if !is_known || is_forged => {
+                odd + u64::from(self.is_unexpected(line, from, frame))
+            }
+            _ => odd,
         }
     }
 
@@ -173,22 +178,14 @@ impl Rig {
     }
 
     /// Sender of something from a port: the node away whose message it is, else `at`, the end of the port.
-    pub fn speaker_of(&mut self, line: usize, at: EndId, what: &Transmit) -> EndId {
+    pub fn speaker_of(&self, line: usize, at: EndId, what: &Transmit) -> EndId {
         let Transmit::Frame(frame) = what else { return at };
         let is_its = |ear: &Ear| ear.line == line && ear.decoder.takes(frame.id());
         let away = |ear: &&Ear| is_its(ear) && self.is_away(line, ear.end);
         if let Some(ear) = self.ears.iter().find(away) {
             return ear.end;
         }
-        // What an end with messages of its own sends beside them counts as its owner's, and is among its unexpected frames. A
-        // remote request has the identifier of the message that it asks for.
-        let is_heard = self.ears.iter().any(|ear| (ear.line, ear.end) == (line, at));
-        if !is_heard
-            && !frame.is_remote()
-            && let Some(ear) = self.ears.iter_mut().find(|ear| is_its(ear))
-        {
-            ear.oddities.doubled.count(frame.id());
-        }
+        // What an end with messages of its own sends beside them counts as its owner's.
         at
     }
 

@@ -224,6 +224,7 @@ impl Prepared {
         let mut engine = engine.with_models(self.models.clone());
         if let Some(lasted) = self.rig.logged {
             engine.known_until = Timestamp::ZERO + lasted;
+            engine.left_out(&self.rig.foreign);
         }
         if let Some(bench) = bench {
             return engine.with_robot(bench.facts(), self.calibrations.clone());

@@ -196,12 +196,13 @@ impl LiveWorld {
         if !is_recorded {
             return;
         }
-        rig.read((line, from), what, |speaker, decoded| {
+        let unexpected = rig.read((line, from), what, |speaker, decoded| {
             director.engine.message(now, speaker, &decoded);
             if let Some(eyes) = eyes {
                 eyes.see(now, &Seen::Message { speaker, decoded });
             }
         });
+        director.engine.unexpected(&rig.line_names[line], unexpected);
         if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
             director.hear_table(now, packet.as_slice());
         }

@@ -4,7 +4,7 @@ use super::{Filter, QuantityName, TagMatch};
 use crate::band::Band;
 use crate::name::Name;
 use crate::quantities::{
-    OPERATOR_PREFIX, PERIOD, QUANTITIES, SDO_PREFIX, SIGNAL, TAGS, UDS_PREFIX,
+    OPERATOR_PREFIX, PERIOD, QUANTITIES, SDO_PREFIX, SIGNAL, TAGS, UDS_PREFIX, UNEXPECTED_PREFIX,
 };
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
@@ -19,7 +19,7 @@ const NODE: &str = "[a-z][a-z0-9_-]{0,63}";
 fn families() -> Vec<&'static str> {
     let first = |name: &'static str| name.split('.').next().unwrap_or_default();
     let mut families: Vec<&str> = QUANTITIES.iter().map(|quantity| first(quantity.name)).collect();
-    families.extend([SIGNAL, PERIOD, "operator", "sdo", "uds"]);
+    families.extend([SIGNAL, PERIOD, "operator", "sdo", "uds", "unexpected"]);
     families.sort_unstable();
     families.dedup();
     families
@@ -39,7 +39,12 @@ impl JsonSchema for QuantityName {
         let answer = format!("^{}{}$", OPERATOR_PREFIX.replace('.', r"\."), Name::pattern());
         let read = format!("^{}{}$", UDS_PREFIX.replace('.', r"\."), Name::pattern());
         let object = format!("^{}{}$", SDO_PREFIX.replace('.', r"\."), Name::pattern());
+        let line = format!("^{}{}$", UNEXPECTED_PREFIX.replace('.', r"\."), Name::pattern());
         let patterns = [
+            (
+                line,
+                "How much came on this line that is no good message of its nodes, in the whole run.",
+            ),
             (answer, "What an operator answers."),
             (read, "A number that a step `uds` reads."),
             (object, "What an `sdo` step reads, in the unit of the object."),

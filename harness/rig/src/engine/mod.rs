@@ -27,6 +27,7 @@ mod teardown;
 #[cfg(test)]
 mod tests;
 mod uds;
+mod unexpected;
 mod waiting;
 
 pub use crate::bench::{BenchFacts, Look};
@@ -49,12 +50,13 @@ use sdo::Transfers;
 use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
+use unexpected::Unexpected;
 use waiting::Waiting;
 use wire::time::{Span, Timestamp};
 
+pub(crate) use lost::is_of_lost;
 pub use strays::FIRST_MISSION;
 
-pub(crate) use lost::is_of_lost;
 #[derive(Debug, Clone)]
 pub struct Engine {
     plan: Arc<Plan>,
@@ -75,6 +77,7 @@ pub struct Engine {
     signals: Signals,
     gaps: Gaps,
     reactions: Reactions,
+    unexpected: Unexpected,
     transfers: Transfers,
     /// State of a robot: its controller must report before the first step, and brings the base to rest at the end.
     /// `None` if no node takes missions.
@@ -104,6 +107,7 @@ impl Engine {
             program: Program::new(Arc::clone(&plan), now, plan_deadline),
             wanted: identify::wanted(&plan),
             phases: Phases::new(!plan.faults.is_empty()),
+            unexpected: Unexpected::of(&plan),
             plan,
             ops: VecDeque::new(),
             waiting: Waiting::Nothing,
@@ -292,11 +296,11 @@ impl Engine {
         let took = self.reactions.take(now, speaker, decoded);
         if !brought.is_empty() || !took.is_empty() || !waited.is_empty() {
             self.observe(now, |collector| {
+                waited.iter().for_each(|waited| collector.waited(waited, None));
                 for (name, value) in &brought {
                     collector.add_named(name, *value, 0.0, &[]);
                 }
                 took.into_iter().for_each(|took| collector.reaction(took));
-                waited.iter().for_each(|waited| collector.waited(waited, None));
             });
         }
         // What was known before the step shows nothing of a node that has fallen silent.

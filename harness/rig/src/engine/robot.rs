@@ -296,10 +296,12 @@ impl Engine {
         let known = now.min(self.known_until);
         let reactions = self.reactions.finish(known);
         let (gaps, waited) = (self.gaps.finish(known), self.gaps.waited(known));
+        let unexpected = self.unexpected_until(now);
         self.observe(now, |collector| {
             collector.gaps(gaps, q::OPEN_AT_END);
-            reactions.into_iter().for_each(|took| collector.reaction(took));
             waited.iter().for_each(|waited| collector.waited(waited, Some(q::OPEN_AT_END)));
+            unexpected.iter().for_each(|(line, count)| collector.add_named(line, *count, 0.0, &[]));
+            reactions.into_iter().for_each(|took| collector.reaction(took));
             collector.add(&q::HEALTH_DEGRADED, f64::from(degraded), 0.0, &[]);
             collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);
             let Some(state) = state else { return };
