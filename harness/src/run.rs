@@ -4,6 +4,7 @@
 //! runs it and keeps nothing; [`judge_again`] judges a recorded run, and [`rerun()`] repeats it for the device under
 //! test.
 
+mod absent;
 mod again;
 mod declared;
 mod keep;

@@ -4,7 +4,7 @@ use super::band::Band;
 use super::check::{Check, Meant, Selection};
 use super::name::Name;
 use super::observation::Observations;
-use super::quantities::during_tag;
+use super::quantities::{DURING_PREFIX, during_tag};
 use super::quantity::{Filter, QuantityName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,12 @@ impl Declared {
         let has = |tag: &str| tags.get(tag).copied();
         let is_during = |phase| has(&during_tag(phase)).is_some_and(|value| value != 0.0);
         self.filter.matches(has) && self.check.kind().facts().during.is_none_or(is_during)
+    }
+
+    /// The steps and labels in which it judges.
+    pub fn phases(&self) -> impl Iterator<Item = &str> {
+        let tags = self.filter.tags().filter_map(|tag| tag.strip_prefix(DURING_PREFIX));
+        tags.chain(self.check.kind().facts().during)
     }
 
     /// Whether a gap between two messages that has lasted so long, in s, is already outside of the band.

@@ -20,13 +20,14 @@
 //! was damaged later, and the verdicts in the summary rest on more than what is left. For the same reason the documents
 //! are left as they are.
 
+use super::absent::name_absent;
 use super::header;
 use super::keep::{breach, worsen};
 use super::recorded::plan_of;
 use super::recorded_properties::Replayed;
 use crate::checks::judge_all;
 use crate::observation::Observations;
-use crate::outcome::{Measurement, Outcome, PropertySummary, Summary, Verdict};
+use crate::outcome::{Outcome, PropertySummary, Summary, Verdict};
 use crate::plan::{Plan, Rig};
 use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
@@ -86,7 +87,10 @@ pub fn judge_again(
     }
     let summary = summary.map(without_verdicts);
     let (mut measurements, mut judged) = judge_all(&plan.measurements, &read.observations);
-    name_absent(plan, recorded, &mut measurements);
+    let of_run = plan_of(recorded);
+    if name_absent(plan, of_run.as_ref(), recorded, &mut measurements) {
+        judged = Outcome::Failed;
+    }
     // What the bench could not give, its record does not hold.
     let before = summary.iter().flat_map(|summary| &summary.measurements);
     if let Some(known) = before.into_iter().find(|one| one.verdict == Verdict::NotJudged) {
@@ -107,7 +111,6 @@ pub fn judge_again(
         summary.simulated_s = summary.simulated_s.min(read.last.as_secs_f64());
     }
     let real = summary.clock == "real";
-    let of_run = plan_of(recorded);
     let before = &stated_alike(plan, of_run.as_ref(), &summary.properties);
     let (properties, kept) = match replayed {
         // An imported bus log holds no reports of the controller.
@@ -190,22 +193,6 @@ fn stated_alike(
     };
     let is_same = |one: &&PropertySummary| stated(plan, &one.name) == stated(of_run, &one.name);
     verdicts.iter().filter(is_same).cloned().collect()
-}
-
-/// Names what another plan judges and the run did not record.
-fn name_absent(plan: &Plan, recorded: &Header, measurements: &mut [Measurement]) {
-    for (declared, found) in plan.measurements.iter().zip(measurements) {
-        let quantity = declared.quantity.as_str();
-        if found.observations == 0 && recorded.quantities.iter().all(|one| one.name != quantity) {
-            let way = match declared.quantity.of_message() {
-                Some(_) => "; `hil export --bus` and `hil import` judge its frames by another plan",
-                None => "",
-            };
-            found.statistic = format!(
-                "the record has no {quantity}: the plan of the run did not measure it{way}"
-            );
-        }
-    }
 }
 
 fn went_to_its_end(summary: &Summary) -> bool {

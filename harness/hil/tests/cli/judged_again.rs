@@ -164,3 +164,48 @@ fn a_verdict_of_another_plan_says_whose_it_is() {
     let own = fs::read_to_string(hil.path("oven/run/summary.json")).unwrap();
     assert!(!own.contains("judged again"), "{own}");
 }
+
+/// Found by a user: what the run did not measure had no observation, and no reason.
+#[test]
+fn what_another_plan_judges_and_the_run_did_not_measure_has_its_reason() {
+    let hil = with_property("device.Temperature < 100 degC");
+    let settles = fs::read_to_string(hil.path("oven/settles.toml")).unwrap();
+    let reaction = |from: &str| {
+        format!(
+            "{settles}\n[[reaction]]\nname = \"warm\"\nfrom = \"device.Temperature > {from} degC\"\n\
+             to = \"device.Temperature > 50 degC\"\n[[measurement]]\nname = \"warms\"\ndoc = \"\"\n\
+             quantity = \"reaction.warm\"\nunit = \"s\"\ncheck = {{ all_within = {{ at_most = 300 }} }}\n"
+        )
+    };
+    fs::write(hil.path("oven/run.toml"), reaction("40")).unwrap();
+    within(&hil, &["run", "run.toml", "--out", "run"]).exits(0);
+    let since = |plan: String| {
+        plan.replacen("\"period.Status\"", "\"period.Status\"\nsince = \"start\"", 1)
+    };
+    for (plan, status, why) in [
+        (reaction("40"), 0, "passed"),
+        (reaction("30"), 1, "warms unset: the run measured another reaction warm"),
+        (
+            since(reaction("40")),
+            1,
+            "unset: the run did not measure how long period.Status took to begin since start",
+        ),
+        (
+            reaction("40").replace("\"holding\"", "\"hot\""),
+            1,
+            "unset: the plan of the run had no step or label hot",
+        ),
+        (
+            reaction("40")
+                + "[[measurement]]\nname = \"strange\"\ndoc = \"\"\nquantity = \"unexpected.device\"\n\
+                unit = \"1\"\ncheck = { all_within = { at_most = 0 } }\n",
+            1,
+            "strange unset: the record has no unexpected.device: the plan of the run did not measure it",
+        ),
+    ] {
+        fs::write(hil.path("oven/other.toml"), plan).unwrap();
+        let ran = within(&hil, &["check", "run", "--plan", "other.toml"]).exits(status);
+        let told = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(told.contains(why), "{why}: {}", ran.out);
+    }
+}
