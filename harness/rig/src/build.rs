@@ -18,6 +18,9 @@ use std::sync::Arc;
 use wire::can::BitRates;
 use wire::device::PortId;
 
+/// The other end of a serial line that has one node.
+pub const NOBODY: &str = "nobody";
+
 pub fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
     End { node, port, who, name: name.into() }
 }
@@ -99,8 +102,8 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
     for (line, mut ends) in ends.into_iter().enumerate() {
         let of_rig = line.checked_sub(of_robot).and_then(|line| declared.lines.get(line));
         if of_rig.is_some_and(|line| line.medium != Medium::Can) && ends.len() == 1 {
-            let nobody = rig.node(Node::new("nobody", Part::Away));
-            ends.push(end(nobody, PortId(0), Device::Plan, "nobody"));
+            let nobody = rig.node(Node::new(NOBODY, Part::Away));
+            ends.push(end(nobody, PortId(0), Device::Plan, NOBODY));
         }
         match line.checked_sub(of_robot).and_then(|line| declared.lines.get(line)) {
             Some(of_log) if declared.logged.is_some() => {

@@ -10,7 +10,8 @@ pub use link::{LinkError, PtyLink};
 pub use port::PtyPort;
 
 use super::watch::watch;
-use rustix::fs::{Mode, OFlags};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags, inotify};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
@@ -44,6 +45,8 @@ pub struct Pty {
     /// fail after it is closed.
     slave: OwnedFd,
     path: String,
+    /// Readable once the other side has been opened; `None` if the system watches no more files.
+    opens: Option<OwnedFd>,
     overrun_bytes: u64,
 }
 
@@ -56,12 +59,20 @@ impl Pty {
         let Ends { master, slave, path } = Ends::open()?;
         let master = watch(master, Interest::READABLE)
             .map_err(|source| PtyError { step: "watch", source })?;
-        Ok(Self { master, slave, path, overrun_bytes: 0 })
+        let opens = opens_of(&path).ok();
+        Ok(Self { master, slave, path, opens, overrun_bytes: 0 })
     }
 
     /// The path for the other process, such as `/dev/pts/3`.
     pub fn path(&self) -> &str {
         &self.path
+    }
+
+    /// Whether the other side has been opened, as far as the system tells.
+    pub fn was_opened(&self) -> bool {
+        let Some(opens) = &self.opens else { return true };
+        let mut opens = [PollFd::new(opens, PollFlags::IN)];
+        poll(&mut opens, Some(&Timespec::default())).is_ok_and(|ready| ready > 0)
     }
 
     /// Sends bytes at once, and returns how many found room. The others are lost and counted, as in a UART with a full
@@ -160,6 +171,13 @@ impl Ends {
     }
 }
 
+/// A descriptor that becomes readable when this file is opened.
+fn opens_of(path: &str) -> Result<OwnedFd, Errno> {
+    let opens = inotify::init(inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK)?;
+    inotify::add_watch(&opens, path, inotify::WatchFlags::OPEN)?;
+    Ok(opens)
+}
+
 fn make_raw(slave: impl AsFd) -> Result<(), Errno> {
     let mut termios = tcgetattr(&slave)?;
     termios.make_raw();
@@ -244,7 +262,9 @@ mod tests {
     fn the_port_can_be_closed_and_opened_again() {
         run(async {
             let mut pty = Pty::open().unwrap();
+            assert!(!pty.was_opened());
             drop(opened(&pty));
+            assert!(pty.was_opened());
             let mut buffer = [0; 16];
             assert_eq!(pty.try_read(&mut buffer).unwrap(), 0);
             let port = opened(&pty);

@@ -38,6 +38,11 @@ impl PtyPort {
         &self.far_path
     }
 
+    /// Whether the other side has been opened, as far as the system tells.
+    pub fn was_opened(&self) -> bool {
+        self.pty.was_opened()
+    }
+
     /// The pair itself, to read the rate set by the other side or to reset the line.
     pub const fn pty(&mut self) -> &mut Pty {
         &mut self.pty

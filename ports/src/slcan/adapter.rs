@@ -45,6 +45,11 @@ impl SlcanAdapter {
         self.pty.far_path()
     }
 
+    /// Whether the other side has been opened, as far as the system tells.
+    pub fn was_opened(&self) -> bool {
+        self.pty.was_opened()
+    }
+
     /// State of the bus, which the other side opens.
     pub const fn channel(&self) -> Channel {
         self.adapter.channel()

@@ -56,3 +56,42 @@ fn a_bench_that_does_not_fit_is_bad_input() {
     assert!(classic.contains("CAN FD") && classic.contains("can:INTERFACE"), "{classic}");
     assert!(!out.exists(), "nothing is run");
 }
+
+/// Found by a user: the run ended with a limit, and nothing said that nobody had been there.
+#[test]
+fn a_pty_that_nobody_opens_is_named_with_its_node() {
+    let (folder, out) = out("nobody");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    file(
+        "beat.dbc",
+        "VERSION \"\"\nBU_: Beat\nBO_ 291 Beat: 1 Beat\n SG_ Count : 0|8@1+ (1,0) [0|0] \"\" Vector__XXX\n",
+    );
+    file(
+        "rigs/beat.toml",
+        "title = \"A program that somebody starts\"\n[[line]]\nname = \"can0\"\n\
+         can = { bit_rate = 500_000, dbc = \"../beat.dbc\" }\n[[node]]\nname = \"beat\"\nat = \"can0\"\n\
+         under_test = { attached = true }\n",
+    );
+    let plan = file(
+        "beats.toml",
+        "name = \"beats\"\ntitle = \"\"\nrig = \"beat\"\nsteps = [{ wait = { duration_s = 0.2 } }]\n\
+         [[measurement]]\nname = \"count\"\ndoc = \"\"\nquantity = \"beat.Count\"\nunit = \"1\"\n\
+         check = { all_within = { at_least = 0 } }\n",
+    );
+    let pty = folder.path().join("can.pty");
+    let bench = format!("[line.can0]\nport = \"slcan-pty:{}\"\n", pty.display());
+    let bench = file("bench.toml", &bench);
+    let arguments =
+        ["run", plan.to_str().unwrap(), "--clock", "real", "--bench", bench.to_str().unwrap()];
+    let output = run(&arguments, &out);
+    assert_ne!(output.status.code(), Some(0), "{}", shown(&output));
+    let note =
+        format!("nobody opened {}, the pty of can0: `beat` was expected there", pty.display());
+    let summary = summary(&out);
+    assert!(summary["notes"].as_array().unwrap().iter().any(|told| *told == *note), "{summary}");
+}

@@ -72,6 +72,22 @@ impl Losses {
         }
     }
 
+    /// Adds that nobody opened the pty at this path, at which these nodes were expected.
+    pub(super) fn unopened(&mut self, path: &str, line: &str, nodes: &[&str]) {
+        let were = match nodes.len() {
+            // It is for whoever wants to look.
+            0 => return,
+            1 => "was",
+            _ => "were",
+        };
+        let nodes: Vec<String> = nodes.iter().map(|node| format!("`{node}`")).collect();
+        let who = nodes.join(" and ");
+        self.note(
+            false,
+            format!("nobody opened {path}, the pty of {line}: {who} {were} expected there"),
+        );
+    }
+
     fn note_if(&mut self, count: u64, spoils: bool, note: impl FnOnce() -> String) {
         if count > 0 {
             self.note(spoils, note());
@@ -150,6 +166,22 @@ mod tests {
         let counters = Counters { bytes_out: 9, frames_out: 5, ..Counters::default() };
         let Losses { why, .. } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
         assert!(why.unwrap().contains("has never answered"));
+    }
+
+    #[test]
+    fn a_pty_that_nobody_opened_is_named_with_its_nodes() {
+        let mut losses = Losses::default();
+        losses.unopened("./can.pty", "can0", &["beat"]);
+        losses.unopened("/dev/pts/4", "uart", &["a", "b"]);
+        losses.unopened("/dev/pts/5", "body", &[]);
+        assert_eq!(losses.why, None, "the bench did what the plan says");
+        assert_eq!(
+            losses.notes,
+            [
+                "nobody opened ./can.pty, the pty of can0: `beat` was expected there",
+                "nobody opened /dev/pts/4, the pty of uart: `a` and `b` were expected there",
+            ]
+        );
     }
 
     #[test]

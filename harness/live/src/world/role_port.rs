@@ -110,6 +110,19 @@ impl RolePort {
         self.medium.far_path()
     }
 
+    /// Path of a pty whose other side nobody has opened.
+    pub(super) fn unopened(&self) -> Option<&str> {
+        let was_opened = match &self.medium {
+            AnyPort::Bytes(port) => match &**port {
+                BytePort::Pty(port) => port.was_opened(),
+                BytePort::Serial(_) => true,
+            },
+            AnyPort::Frames(FramePort::SlcanAdapter(port)) => port.was_opened(),
+            AnyPort::Frames(_) => true,
+        };
+        self.far_path().filter(|_| !was_opened)
+    }
+
     pub(super) fn link(&self) -> Link {
         match &self.medium {
             AnyPort::Bytes(port) => match &**port {

@@ -12,6 +12,7 @@ use judge::properties::{Kind, PropertyVerdict, View};
 use ports::PortSpec;
 use ports::spec::SerialDevice;
 use record::outcome::{Outcome, PortSide, PortSummary, Timing};
+use rig::build::NOBODY;
 use rig::ended::{Ended, judged};
 use rig::engine::Ending;
 use std::path::Path;
@@ -80,6 +81,14 @@ impl LiveWorld {
             if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
                 add(&role.into(), PortSide::Controller, port);
             }
+        }
+        for OpenPort { plan, port, .. } in &ports.open {
+            let Some(path) = port.unopened() else { continue };
+            let line = &self.rig.lines[plan.line];
+            let nodes = line.ends().iter().map(|end| &self.rig.nodes[end.node]);
+            let away = nodes.filter(|node| node.is_away()).map(|node| &*node.name);
+            let away = away.filter(|name| *name != NOBODY);
+            losses.unopened(path, &plan.role, &Vec::from_iter(away));
         }
         losses
     }
