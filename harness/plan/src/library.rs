@@ -175,14 +175,14 @@ impl Library {
         self.folder.as_deref()
     }
 
-    /// Like [`Self::beside`], for a rig: files that its nodes name are found as from a plan of its project.
+    /// Like [`Self::beside`], for a rig: files that its nodes name are found as from a plan of its project. A name is that of a
+    /// rig of the project one stands in.
     pub fn beside_rig(rig: &str) -> Self {
-        let Self { folder, .. } = Self::beside(rig);
-        let folder = folder.map(|folder| match folder.ends_with(Kind::Rig.folder()) {
-            true => folder.parent().map(Path::to_owned).unwrap_or_default(),
-            false => folder,
-        });
-        Self { folder, ..Self::default() }
+        let folder = Self::beside(rig).folder.unwrap_or_default();
+        Self::of_project(match folder.parent() {
+            Some(project) if folder.ends_with(Kind::Rig.folder()) => project,
+            _ => &folder,
+        })
     }
 
     /// The shipped files, after those of the project in this folder.

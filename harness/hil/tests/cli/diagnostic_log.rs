@@ -76,6 +76,13 @@ fn a_log_tells_responses_and_silence_wherever_the_tester_stands_in_the_rig() {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     }
+    // Found by a user: no rig was called as `hil list rigs` had it.
+    let listed = within(&hil, &["list", "rigs"]).exits(0).out;
+    let emulated = within(&hil, &["emulate", "rig", "ecu", "--line", "bus=slcan-pty"]).exits(2).err;
+    assert!(
+        listed.contains("ecu") && emulated.contains("lines of the rig: can0, uart"),
+        "{emulated}"
+    );
     for plan in ["asks", "silent"] {
         let (plan_file, log, run, out) = (
             format!("{plan}.toml"),
