@@ -103,13 +103,36 @@ fn lost_requests_and_answers_mix_nothing_up() {
     }
 }
 
+/// Found by a user: no plan could demand that a serial line is sound.
+const STRANGE: &str = r#"
+[[measurement]]
+name = "strange"
+doc = "Bytes outside of messages, and messages with a wrong checksum"
+quantity = "unexpected.device"
+unit = "1"
+check = { all_within = { at_most = 0 } }
+"#;
+
+#[test]
+fn a_plan_judges_the_damage_of_a_serial_line() {
+    let flips = "[[fault]]\ntarget = \"device\"\nwhat = { flip = { flip_percent = 3 } }\n";
+    for (fault, is_sound) in [("", true), (flips, false)] {
+        let (_folder, run) =
+            run(&DRIVE.replacen("[[property]]", &format!("{STRANGE}{fault}[[property]]"), 1));
+        let strange = run.measurement("strange").unwrap();
+        assert_eq!(strange.value == Some(0.0), is_sound, "{run}");
+        assert_eq!(strange.verdict.is_acceptable(), is_sound, "{run}");
+    }
+}
+
 #[test]
 fn an_answer_without_an_open_request_is_no_message() {
     let both = DRIVE.replace(
         "{ wait = { duration_s = 0.05 } },\n    { send = { message = \"ReadCurrent\"",
         "{ send = { message = \"ReadCurrent\"",
     );
-    let (_folder, run) = run(&both);
+    let (_folder, run) = run(&format!("{both}{STRANGE}"));
+    assert_eq!(run.value("strange"), Some(140.0));
     let notes = run.summary().notes.join("\n");
     assert!(notes.contains("bytes or frames outside of any message: 140"), "{notes}");
     assert_eq!(run.measurement("speed").unwrap().observations, 0);

@@ -3,6 +3,7 @@
 //! Inputs come from the record alone, whatever a device sends now, so any difference is its own. Its outputs go through
 //! lines like those of the run, on which it is alone, and faults strike them there as they did in the run.
 
+mod ends;
 mod error;
 mod moments;
 mod pairs;
@@ -18,6 +19,7 @@ use super::node::{Part, output};
 use crate::engine::{FIRST_MISSION, is_of_lost};
 use crate::hosted::{HostedController as _, News};
 use controller::mission::{Command, Mission, MissionId};
+use ends::ends_alike;
 use pairs::{BUS_APART_MAX, Pairs, identifier};
 use plan::faults::{Chances, Fault};
 use record::reader::RecordError;
@@ -48,20 +50,14 @@ pub struct Rerun {
     pub ended: Option<String>,
     /// The note of the run on a device under test that ended early.
     pub recorded_end: Option<String>,
+    /// Whether a program ended early as in the run, or none did in either.
+    pub ends_alike: bool,
 }
 
 impl Rerun {
     /// Whether the devices did what they did in the run, and ended as they did there.
-    pub fn is_same(&self) -> bool {
-        self.difference.is_none() && self.ends_alike()
-    }
-
-    /// Whether a program ended early as in the run, or none did in either.
-    pub fn ends_alike(&self) -> bool {
-        match (&self.recorded_end, &self.ended) {
-            (Some(recorded), Some(now)) => recorded.ends_with(&**now),
-            (recorded, now) => recorded.is_none() && now.is_none(),
-        }
+    pub const fn is_same(&self) -> bool {
+        self.difference.is_none() && self.ends_alike
     }
 }
 
@@ -162,6 +158,8 @@ pub fn rerun(
         Clock::Virtual => Timestamp::MAX,
         Clock::Real => over,
     })?;
+    let Rerun { recorded_end, ended, .. } = &again.came;
+    again.came.ends_alike = ends_alike(clock, recorded_end.as_deref(), ended.as_deref());
     Ok(again.came)
 }
 

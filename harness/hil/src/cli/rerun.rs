@@ -112,7 +112,7 @@ fn text(came: &Rerun, header: &Header, clock: Clock) -> String {
         text += "the run was in real time: what the program does by its own timers may have fallen on the other side of an input\n";
     }
     text += &match (&came.ended, &came.recorded_end) {
-        (Some(_), Some(recorded)) if came.ends_alike() => {
+        (Some(_), Some(recorded)) if came.ends_alike => {
             format!("it ended as in the run: {recorded}\n")
         }
         (Some(how), None) => format!("the program did not last to the end of the run: {how}\n"),

@@ -170,3 +170,24 @@ fn numbers_that_a_signal_or_a_double_does_not_have_are_refused() {
     let shown = hil.run(&["show", "run", "--at", "0.5"]).exits(0).out;
     assert!(shown.contains("Q 1152921504606846976"), "{shown}");
 }
+
+/// Found by a user: what an import left out was a note, which no plan could judge.
+#[test]
+fn foreign_frames_of_a_log_are_judged_as_long_as_the_plan_lasts() {
+    let none = "[[measurement]]\nname = \"strange\"\ndoc = \"\"\nquantity = \"unexpected.can0\"\nunit = \"1\"\n\
+                check = { all_within = { at_most = 0 } }\n";
+    let frames = [(0.0, "101#00"), (1.5, "101#00")];
+    let (hil, ran) = run(&frames, &wait(1.0, "w"), none);
+    ran.exits(0);
+    let log = fs::read_to_string(hil.path("rigs/ut.log")).unwrap();
+    for (more, status) in [
+        ("", 0),
+        ("(1.400000) can0 7FF#00\n", 0),
+        ("(0.500000) can0 7FF#00\n", 1),
+        ("(0.500000) can0 101#R1\n", 1),
+        ("(0.500000) can0 102#00\n", 1),
+    ] {
+        fs::write(hil.path("more.log"), format!("{log}{more}")).unwrap();
+        hil.run(&["import", "more.log", "--plan", "p.toml", "--out", "imported"]).exits(status);
+    }
+}
