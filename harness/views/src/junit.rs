@@ -1,9 +1,9 @@
 //! `junit.xml`: verdicts in the format that build servers read.
 //!
 //! One suite per run, one case per measurement, and one for the run itself, which carries the whole duration. Suites and
-//! classes carry the seed, because build servers take two cases of one class and name for one. JUnit has
-//! no marginal verdict: such a case passes, and its output states it. If the run folder is known, the run's case and
-//! failed cases list its files as attachments, in lines that Jenkins (JUnit Attachments) and GitLab read.
+//! classes carry a seed that is not the usual one, because build servers take two cases of one class and name for one.
+//! JUnit has no marginal verdict: such a case passes, and its output states it. If the run folder is known, the run's case
+//! and failed cases list its files as attachments, in lines that Jenkins (JUnit Attachments) and GitLab read.
 
 mod campaign;
 mod envelopes;
@@ -11,7 +11,7 @@ mod envelopes;
 pub use campaign::campaign;
 pub use envelopes::envelopes;
 
-use plan::RUN_ITSELF;
+use plan::{RUN_ITSELF, SEED};
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 use record::figures;
 use record::outcome::{Measurement, Outcome, PropertySummary, Summary, Verdict};
@@ -55,7 +55,10 @@ fn attachment(path: &Path) -> String {
 }
 
 fn suite(summary: &Summary, attachments: &str) -> TestSuite {
-    let mut suite = TestSuite::new(format!("{}, seed {}", summary.plan, summary.seed));
+    let mut suite = TestSuite::new(match summary.seed {
+        SEED => summary.plan.clone(),
+        seed => format!("{}, seed {seed}", summary.plan),
+    });
     let time = Duration::try_from_secs_f64(summary.wall_s).unwrap_or_default();
     suite.set_time(time);
     for (name, value) in [
@@ -102,7 +105,11 @@ fn run(summary: &Summary) -> TestCase {
 fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
     let mut case = TestCase::new(name, status);
     // What stands before the last dot is a package in Jenkins: it lists the seeds of a plan under the plan.
-    case.set_classname(format!("{}.seed{}", summary.plan, summary.seed)).set_time(Duration::ZERO);
+    let class = match summary.seed {
+        SEED => summary.plan.clone(),
+        seed => format!("{}.seed{seed}", summary.plan),
+    };
+    case.set_classname(class).set_time(Duration::ZERO);
     case
 }
 
