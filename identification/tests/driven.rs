@@ -66,10 +66,10 @@ fn drive(robot: &Robot, runs: usize, rows: usize, seed: u64) -> Dataset {
         name: "robot".to_owned(),
         kind: Kind::Odometry,
         drive: Some(Drive::Skid),
-        constants: BTreeMap::from([(
-            "wheelbase".to_owned(),
-            Constant { value: 1.0, unit: Unit::Metre },
-        )]),
+        constants: BTreeMap::from([
+            ("wheelbase".to_owned(), Constant { value: 1.0, unit: Unit::Metre }),
+            ("mean_speed".to_owned(), Constant { value: 1.0, unit: Unit::One }),
+        ]),
         columns: columns.collect(),
         run_labels: (0..runs).map(|run| run.to_string()).collect(),
         run_of_row,

@@ -187,6 +187,21 @@ fn speeds_that_are_means_are_told_and_those_of_the_moment_are_left() {
             }
         }
     }
+    // Under a reference of a centimetre and half a degree half a row is little from row to row, and much over all.
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(4);
+    for robot in [&means, &moments] {
+        let mut rough = robot.clone();
+        for (name, noise) in [("x", 0.01), ("y", 0.01), ("heading", 0.009)] {
+            let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+            let column = rough.columns.iter_mut().find(|column| column.name == name).unwrap();
+            column.values.iter_mut().for_each(|value| *value += noise * draw());
+        }
+        let finding = found(&rough).finding;
+        let names: Vec<&str> = finding.effects.iter().map(|one| one.name.as_str()).collect();
+        let expected = ["mean_speed", "effective_track"];
+        let expected = if robot == &means { &expected[..] } else { &expected[1..] };
+        assert_eq!(names, expected, "{:?}", finding.effects);
+    }
     let finding = assert_set_right(&means, "mean_speed", 1);
     let said = "The speeds of its wheels are means since the row before, not those of the moment.";
     assert!(finding.in_words().iter().any(|one| one == said), "{:?}", finding.in_words());

@@ -6,7 +6,10 @@ use super::legs::{LEGS_MIN, Leg, Poses, Wheels, clusters};
 use super::signs::wheels_of;
 use super::{Correction, Fault, applied};
 use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
-use crate::problem::{Channels, motion};
+use crate::fit::Data;
+use crate::model::{Acts, Shape};
+use crate::noise::{Layout, NoiseModel};
+use crate::problem::{Channels, Known, Problem, motion};
 
 /// Number of legs from which times and directions are told.
 const SHORT: usize = 1500;
@@ -27,7 +30,8 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     found
 }
 
-/// Speeds that are means since the row before. Beside a delay of its own, each way of reading them is as good as it can be.
+/// Speeds that are means since the row before, where the reference is likelier so, beside the delay that it needs each way: a mean
+/// is half a row late, and needs none.
 fn mean_speed(dataset: &Dataset) -> Option<Correction> {
     let is_speed =
         |one: &&Column| matches!(one.unit.dimension(), Dimension::Speed | Dimension::AngularRate);
@@ -36,9 +40,38 @@ fn mean_speed(dataset: &Dataset) -> Option<Correction> {
     if dataset.constants.contains_key(Constant::MEAN_SPEED) {
         return None;
     }
-    let [stated, other] =
-        [Timing::of(dataset)?, Timing::of(&applied(dataset, std::slice::from_ref(&mean)))?];
-    other.best.is_better(&stated.best, &other.cluster).then_some(mean)
+    let means = applied(dataset, std::slice::from_ref(&mean));
+    let read = [dataset, &means].map(|one| {
+        let late = delay(one);
+        (applied(one, late.as_slice()), late.map_or(0.0, |_| SURE * SURE / 2.0))
+    });
+    let [stated, other] = likelihoods([&read[0].0, &read[1].0])?;
+    ((other - read[1].1) - (stated - read[0].1) > LIKELIER).then_some(mean)
+}
+
+/// Surprise from which one way of reading speeds is likelier than the other, in nats: 1 %.
+const LIKELIER: f64 = 4.6;
+
+/// Logarithms of the likelihoods of the poses as two readings of one path have them, with the constants of the drive and noise
+/// at their best for each.
+fn likelihoods(read: [&Dataset; 2]) -> Option<[f64; 2]> {
+    let problems = read.map(|one| Problem::new(one, Known::default()).ok());
+    let [Some(stated), Some(other)] = &problems else { return None };
+    let acts = [Acts::Turn, Acts::Curvature, Acts::Drive, Acts::Reference];
+    let shapes = acts.map(|acts| Shape::constant("constant", acts));
+    let noise = |problem: &Problem, start: Option<&NoiseModel>| {
+        let block = problem.blocks.first().filter(|block| block.pose.is_some())?;
+        let channels = problem.channels_of(block);
+        let layout = Layout::new(block, channels);
+        let data = Data::new(block, channels, &layout);
+        let columns = data.all_columns(&shapes);
+        let residual = data.residual(&columns);
+        Some(start.map_or_else(|| (residual.fit(None), 0.0), |start| residual.retune(start)))
+    };
+    // The same readings count as outliers in both.
+    let (start, _) = noise(stated, None)?;
+    let of = |problem| noise(problem, Some(&start)).map(|(_, likelihood)| likelihood);
+    Some([of(stated)?, of(other)?])
 }
 
 /// An offset of the heading of the reference: on a straight line the robot seems to drive askew.
