@@ -139,9 +139,42 @@ pub(crate) fn choose(path: &[Standing<'_>]) -> usize {
     sound.into_iter().find(|&index| fall(index) >= FALL_SHARE * most).unwrap_or(0)
 }
 
+/// Index of the model to report, and the errors of the choice itself: a model whose choice does not predict runs that took no part
+/// in it better than the plain one gives way to a simpler one.
+pub(crate) fn confirmed(path: &[Standing<'_>]) -> (usize, Vec<Metric>) {
+    let mut seen = path;
+    loop {
+        let chosen = choose(seen);
+        // Without an effect, nothing was chosen that single folds could have chosen otherwise.
+        if chosen == 0 {
+            return (0, path.first().map_or_else(Vec::new, |plain| plain.metrics.to_vec()));
+        }
+        let errors = nested(seen);
+        if confirms(&errors, &path[0]) {
+            return (chosen, errors);
+        }
+        let simpler = path.iter().take_while(|one| one.numbers < path[chosen].numbers).count();
+        seen = &path[..simpler.min(seen.len() - 1)];
+    }
+}
+
+/// Whether nested `errors` are below those of the `plain` model in some metric, beyond the standard error of the difference. Where
+/// the residual is noise, readings tell more than the ends of runs, and the heading of a path that has no ends of runs tells
+/// nothing of its length: these only must not contradict.
+fn confirms(errors: &[Metric], plain: &Standing<'_>) -> bool {
+    let exceeds = |more: &Metric, less: &Metric| {
+        let (difference, error) = more.errors.beyond(&less.errors);
+        difference > 0.0 && !(difference <= error)
+    };
+    let mut pairs = errors.iter().zip(plain.metrics);
+    let falls = pairs.clone().any(|(nested, plain)| exceeds(plain, nested));
+    let tells_part = plain.innovation.is_some() || !plain.of_readings && plain.metrics.len() == 1;
+    falls || tells_part && !pairs.any(|(nested, plain)| exceeds(nested, plain))
+}
+
 /// Errors of the choice itself: for each run, those of the model that would be chosen without the fold that held the
 /// run out.
-pub(crate) fn nested(path: &[Standing<'_>]) -> Vec<Metric> {
+fn nested(path: &[Standing<'_>]) -> Vec<Metric> {
     let Some(first) = path.first() else { return Vec::new() };
     let folds = first.metrics.iter().map(|metric| metric.errors.folds).max().unwrap_or(0);
     let mut found: Vec<Metric> = first
@@ -185,7 +218,7 @@ const FALL_SHARE: f64 = 0.95;
 
 #[cfg(test)]
 mod tests {
-    use super::{Standing, choose, is_worse, nested};
+    use super::{Standing, choose, confirmed, is_worse, nested};
     use crate::judge::{Errors, Metric};
 
     use proptest::prelude::*;
@@ -285,6 +318,18 @@ mod tests {
         assert_eq!(choose(&standings), 1);
         standings[1].unnamed = 1;
         assert_eq!(choose(&standings), 0);
+    }
+
+    /// Better in four of five runs and bad in one: without any of the four, the plain model is chosen.
+    #[test]
+    fn a_choice_that_other_runs_do_not_confirm_gives_way() {
+        let metrics = |rich: &[f64]| [vec![metric(&[10.0; 5])], vec![metric(rich)]];
+        let unsure = metrics(&[4.0, 4.0, 4.0, 4.0, 17.0]);
+        let standings = standings(&unsure, false);
+        assert_eq!(choose(&standings), 1);
+        assert_eq!(confirmed(&standings).0, 0);
+        let sure = metrics(&[4.0, 4.2, 3.8, 4.1, 12.0]);
+        assert_eq!(confirmed(&self::standings(&sure, false)).0, 1);
     }
 
     #[test]

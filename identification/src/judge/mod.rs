@@ -13,7 +13,7 @@ use crate::model::Shape;
 use crate::noise::NoiseModel;
 use crate::problem::{Aggregate, DisplayUnit, Path};
 pub(crate) use alike::{Goes, goes_with};
-pub(crate) use choice::{Standing, best, choose, margin, nested};
+pub(crate) use choice::{Standing, best, confirmed, margin};
 pub(crate) use errors::Errors;
 use held_out::path_errors;
 pub(crate) use held_out::{Holding, add_driven};

@@ -12,7 +12,7 @@ use super::wheels::one_wheel;
 use super::{finish, values};
 use crate::fit::{Data, robust_fit};
 use crate::judge::{
-    Goes, Holding, Judge, Metric, Standing, Whiteness, best, choose, goes_with, margin, nested,
+    Goes, Holding, Judge, Metric, Standing, Whiteness, best, confirmed, goes_with, margin,
     of_innovations, stretches,
 };
 use crate::model::{Acts, Driver, Shape, Wrap};
@@ -192,7 +192,7 @@ fn reported(
             of_readings: richest.data.block.aggregate == Aggregate::Row,
         })
         .collect();
-    let chosen = choose(&standings);
+    let (chosen, nested) = confirmed(&standings);
     let waypoints = path
         .iter()
         .map(|step| {
@@ -233,8 +233,7 @@ fn reported(
         fit
     };
     (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);
-    // Without an effect, nothing was chosen that single folds could have chosen otherwise.
-    fit.nested = if chosen == 0 { fit.path[0].metrics.clone() } else { nested(&standings) };
+    fit.nested = nested;
     fit
 }
 
