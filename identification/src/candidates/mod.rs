@@ -11,6 +11,7 @@ use crate::model::{Driver, Form, Shape, Wrap};
 use crate::problem::{Block, Channels};
 use crate::robust;
 pub use library::library;
+pub(crate) use names::constant;
 pub use shapes::{narrow_on, pairs, periodic, products, smooth, steps};
 
 /// A family of candidates.

@@ -65,7 +65,7 @@ pub(super) fn over(on: Acts, channel: &Channel, wrap: Wrap, form: Form) -> Strin
 }
 
 /// Name of a constant that the plain model lacks.
-pub(super) fn constant(on: Acts, is_steered: bool) -> &'static str {
+pub(crate) fn constant(on: Acts, is_steered: bool) -> &'static str {
     match on {
         Acts::Turn if is_steered => "effective_wheelbase",
         Acts::Curvature if is_steered => "steer_offset",

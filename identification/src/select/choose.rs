@@ -5,7 +5,7 @@ use super::scene::{NOTHING, Scene, Score};
 use crate::candidates::{Candidate, Family, narrow_on};
 use crate::fit::Data;
 use crate::linear::{Basis, dot};
-use crate::model::{Acts, Shape, Wrap, is_delay};
+use crate::model::{Acts, Shape, WHEEL_SIZE, Wrap, is_delay};
 use crate::noise::{NoiseModel, TIME_CAUTION, Tuning};
 use crate::significance::surprise_chi2;
 
@@ -49,9 +49,18 @@ impl Contender {
 /// a filter or an error that goes with the slope, which to first order are the same.
 const SIMPLEST: f64 = 2.0;
 
+/// The same for two wheels that are wrong by the same: a wheel is easily measured, and where it touches the ground is not, so
+/// that of two causes that the data do not tell apart the track is the usual one (Borenstein and Feng 1996).
+const RARE: f64 = 1.0;
+
 /// Preference for `shape` over less simple ones, in nats.
 pub(super) fn simplicity(shape: &Shape) -> f64 {
-    if shape.drivers.is_empty() || is_delay(shape) { SIMPLEST } else { 0.0 }
+    match shape.drivers.is_empty() {
+        true if shape.name == WHEEL_SIZE => RARE,
+        true => SIMPLEST,
+        false if is_delay(shape) => SIMPLEST,
+        false => 0.0,
+    }
 }
 
 /// Number of contenders in a family to refine.

@@ -2,6 +2,7 @@
 
 mod late;
 mod sound;
+mod walks;
 
 use super::choose::{
     Contender, Profile, contenders, names_a_cause, plainest_first, profiled, surfaces,
@@ -140,7 +141,7 @@ impl<'a> State<'a> {
     }
 
     /// With the noise tuned to it.
-    fn likelihood(&self) -> f64 {
+    pub fn likelihood(&self) -> f64 {
         let columns = self.columns(&self.terms);
         self.data.residual(&columns).retune(&self.noise).1
     }
@@ -230,6 +231,9 @@ impl<'a> State<'a> {
             found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
         }
         if !self.noise.is_coloured() {
+            if found.iter().all(|contender| contender.strength < threshold) {
+                found.extend(self.beside_walks());
+            }
             found.extend(groups);
             without_superfluous(&mut found);
             return found;

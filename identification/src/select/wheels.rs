@@ -1,6 +1,7 @@
 //! One wheel of a robot with a wheel on each side.
 use super::roughly::estimates;
 use super::state::State;
+use crate::candidates::constant;
 use crate::fit::fit_terms;
 use crate::model::{Acts, ONE_WHEEL, Shape, UNEQUAL_WHEELS, WHEEL_SIZE};
 use crate::significance::surprise_chi2;
@@ -9,14 +10,17 @@ use crate::significance::surprise_chi2;
 const AS_STATED: f64 = 4.6;
 
 /// `state` with the error of one wheel in place of unequal wheels of another size, where the other wheel may well be as
-/// large as the package says. The two say the same of both wheels: only the one whose error is zero is a simpler cause.
+/// large as the package says. The two say the same of both wheels: only the one whose error is zero is a simpler cause. In the place
+/// of unequal wheels and another track, it must explain as much.
 /// `clustered` takes errors that differ from run to run, for a residual that is not noise.
 pub(super) fn one_wheel<'a>(state: &State<'a>, clustered: bool) -> Option<State<'a>> {
     let at = |name: &str| {
         let added = state.base..state.terms.len();
         added.into_iter().find(|&index| state.terms[index].name == name)
     };
-    let places = [at(UNEQUAL_WHEELS)?, at(WHEEL_SIZE)?];
+    // Where little tells them apart, the size stands as the track.
+    let track = at(WHEEL_SIZE).or_else(|| at(constant(Acts::Turn, false)));
+    let places = [at(UNEQUAL_WHEELS)?, track?];
     // A robot that steers otherwise has the first name alone.
     state.data.block.pose.as_ref()?.half_track?;
     let mut apart = state.clone();
@@ -42,5 +46,6 @@ pub(super) fn one_wheel<'a>(state: &State<'a>, clustered: bool) -> Option<State<
     apart.terms[first] = Shape::constant(ONE_WHEEL[1 - gone], Acts::Drive);
     apart.terms.remove(last);
     apart.families.remove(last - state.base);
-    Some(apart)
+    let explains = || apart.likelihood() > state.likelihood() - AS_STATED;
+    (state.terms[places[1]].name == WHEEL_SIZE || explains()).then_some(apart)
 }
