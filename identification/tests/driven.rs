@@ -300,3 +300,20 @@ fn a_steering_angle_that_is_far_too_small_is_no_unit() {
     assert!(names[0] == "steer_scale" && !names.iter().any(unit), "{:?}", finding.effects);
     assert!((finding.effects[0].parameters[0].value - 5.6).abs() < 0.06);
 }
+
+/// Without ends of stretches, its positions counted for nothing.
+#[test]
+fn one_long_run_is_judged_by_its_positions_also_where_the_reference_is_sparse() {
+    let robot = Robot { turn: |rate| rate, ahead: 0.35, slip: 0.0 };
+    let mut data = drive(&robot, 1, 1200, 3);
+    let is_reference = |column: &&mut Column| column.role.is_reference();
+    for column in data.columns.iter_mut().filter(is_reference) {
+        let rows = column.values.iter_mut().enumerate();
+        rows.filter(|(row, _)| row % 5 > 0).for_each(|(_, value)| *value = f64::NAN);
+    }
+    let finding = found(&data);
+    assert_eq!(finding.effects[0].name, "reference_ahead_of_axle", "{:?}", finding.effects);
+    let judged: Vec<&String> = finding.path[0].held_out.keys().collect();
+    assert_eq!(judged, ["final_heading", "final_position"]);
+    assert_sound(&finding);
+}

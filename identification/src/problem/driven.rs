@@ -43,11 +43,12 @@ pub(super) fn odometry(
     let is_known = |row: usize| reference.iter().all(|values| values[row].is_finite());
     let known = (0..dataset.rows()).filter(|&row| is_known(row)).count();
     let is_dense = 2 * known >= dataset.rows();
-    let judged = runs(&channels.run).collect();
-    let judged = if is_dense { windows(&channels, judged, &mut notices) } else { judged };
-    let path = Path {
+    let whole: Vec<Range<usize>> = runs(&channels.run).collect();
+    let judged = windows(&channels, whole.clone(), known, &mut notices);
+    let mut path = Path {
         reference,
-        runs: judged,
+        // Where poses are few, each tells of all that was driven before it.
+        runs: if is_dense { judged.clone() } else { whole },
         distance: motion.distance.clone(),
         turn: motion.turn.clone(),
         bulge: bulges(&motion.distance, &motion.turn, &channels),
@@ -70,6 +71,7 @@ pub(super) fn odometry(
     if blocks[0].rows.len() < 3 * path.runs.len() + 8 {
         return Err(IdentifyError::missing("reference in enough rows"));
     }
+    path.runs = judged;
     blocks.extend(heading::beside_odometry(dataset, &mut channels));
     Ok(Problem { path: Some(path), notices, ..Problem::of(dataset.kind, channels, blocks) })
 }
@@ -85,23 +87,25 @@ fn on_the_axle(reference: &mut [Vec<f64>; 3], ahead: f64, left: f64) {
 
 /// Minimum number of runs; with fewer, windows of them are judged, since so few ends carry little information.
 const RUNS_MIN: usize = 5;
-/// Total number of windows.
-const WINDOWS: usize = 24;
-/// Minimum number of rows in a window.
+/// Maximum and minimum number of windows: of three in a fold, one lies in it as a whole.
+const WINDOWS_MAX: usize = 24;
+const WINDOWS_MIN: usize = 15;
+/// Minimum number of rows in a window, and of known poses on the mean.
 const WINDOW_ROWS_MIN: usize = 10;
 
-/// The runs; if they are few, cut into windows of equal duration.
+/// The runs; if they are few, cut into windows of equal duration, as far as the number of `known` poses goes.
 fn windows(
     channels: &Channels,
     runs: Vec<Range<usize>>,
+    known: usize,
     notices: &mut Vec<String>,
 ) -> Vec<Range<usize>> {
-    let rows: usize = runs.iter().map(ExactSizeIterator::len).sum();
-    if runs.len() >= RUNS_MIN || rows < WINDOWS * WINDOW_ROWS_MIN {
+    let count = WINDOWS_MAX.min(known / WINDOW_ROWS_MIN);
+    if runs.len() >= RUNS_MIN || count < WINDOWS_MIN {
         return runs;
     }
     let lasts = |run: &Range<usize>| channels.time[run.end - 1] - channels.time[run.start];
-    let each = runs.iter().map(lasts).sum::<f64>() / WINDOWS as f64;
+    let each = runs.iter().map(lasts).sum::<f64>() / count as f64;
     let mut found = Vec::new();
     for run in &runs {
         let mut start = run.start;
