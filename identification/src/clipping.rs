@@ -49,6 +49,8 @@ const OVERSHOOT_MIN: f64 = 3.0;
 const VARY_MAX: f64 = 1.5;
 /// Maximum slope of the readings at a limit, with two standard errors, over that of the others.
 const SLOPE_MAX: f64 = 0.1;
+/// Maximum number of readings beyond a limit, over that of the readings at it: outliers.
+const BEYOND_MAX: f64 = 0.05;
 /// Surprise beyond doubt, in nats; no false alarm has come near it.
 const STRENGTH_MIN: f64 = 20.0;
 /// Distance from a limit, over the noise, beyond which a reading is unaffected by it.
@@ -237,6 +239,13 @@ impl Sorted {
         if !is_clear {
             return None;
         }
+        // No reading lies beyond a limit by more than the noise: where some do, others stay behind a reference that is wrong.
+        let is_beyond =
+            |y: &f64| (y - my) * if is_low { -1.0 } else { 1.0 } > robust::GROSS * noise;
+        let beyond = self.y.iter().filter(|y| is_beyond(y)).count();
+        if beyond as f64 > BEYOND_MAX * n {
+            return None;
+        }
         let at = (my - line.offset) / line.slope;
         // Of readings that do not vary a limit is known to the part of one.
         let error = self.error(line, (range, my), at).max(noise / n) / line.slope;
@@ -287,5 +296,7 @@ mod tests {
         assert_eq!(limits(|x| 12.0 * (x / 12.0).tanh()), none, "a gain that falls");
         assert_eq!(limits(|x| x.round()), none, "steps");
         assert_eq!(limits(|x| if x.abs() < 3.0 { x } else { 0.0 }), None, "ends that meet");
+        let glitch = |x: f64| if x > 9.0 { 4.0 } else { x };
+        assert_eq!(limits(glitch), none, "a reference that is wrong where it is large");
     }
 }
