@@ -3,7 +3,11 @@
 /// Median absolute value of normal noise over its standard deviation.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
-/// Standard deviation of `values` about zero, from their median absolute value.
+/// Share of the root mean square up to which a value is rounding of the arithmetic: 16 digits, less those that sums lose.
+const ROUNDING: f64 = 1e-12;
+
+/// Standard deviation of `values` about zero, from their median absolute value; where most of them are zero but for rounding, as
+/// those of a reference that repeats what the wheels say, their root mean square.
 pub fn spread(values: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
     if sizes.is_empty() {
@@ -12,7 +16,9 @@ pub fn spread(values: &[f64]) -> f64 {
     let middle = sizes.len() / 2;
     let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
     let found = *median / MEDIAN_OF_NORMAL;
-    if found > 0.0 { found } else { root_mean_square(values) }
+    let all = root_mean_square(values);
+    let is_rounding = all.is_finite() && found <= ROUNDING * all;
+    if is_rounding { all } else { found }
 }
 
 /// The third difference of four readings, one after the other: it holds their noise, and little of any motion.
@@ -100,7 +106,7 @@ pub fn squared_correlation(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Moments, held, scores};
+    use super::{Moments, held, scores, spread};
 
     /// Found by the fuzzer: a bag with readings whose squares are beyond every number.
     #[test]
@@ -109,6 +115,13 @@ mod tests {
         assert_eq!(scores(&values, 1.0), [-2.5, -2.5, 0.5, 2.5]);
         assert_eq!(scores(&values, f64::NAN), values);
         assert!(held(f64::NAN, 1.0).is_nan());
+    }
+
+    #[test]
+    fn zeros_are_no_noise_even_if_they_are_rounded() {
+        let values: Vec<f64> = (0..100).map(|i| if i % 5 < 3 { 1e-17 } else { 1e-3 }).collect();
+        assert!((spread(&values) - 1e-3 * 0.4_f64.sqrt()).abs() < 1e-9);
+        assert!((spread(&[1.0, -1.0, 1.0, -1.0, 1e6]) - 1.482_6).abs() < 1e-4);
     }
 
     #[test]
