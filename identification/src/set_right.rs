@@ -53,6 +53,9 @@ pub(crate) fn set_right(
         found.push(effect);
     }
     let found = of_the_sensor(found, done.len());
+    // What evening out a noisy reference gains is no gain of an effect.
+    let others = corrections.iter().filter(|one| !one.is_effect()).cloned();
+    let stated = &applied(stated, &others.collect::<Vec<Correction>>());
     for one in done.iter_mut() {
         let axis = one.data.block.axis;
         let concerns = |effect: &&Effect| effect.axis.is_none() || effect.axis == axis;

@@ -122,3 +122,24 @@ fn one_reference_at_the_end_of_a_record_is_judged() {
         assert!(finding.finding.effects.is_empty(), "{:?}", finding.finding);
     }
 }
+
+/// Readings that fall as the reference rises follow it as well beside a scale of their own: evening the reference out is what
+/// lowers the error, and not the sign.
+#[test]
+fn what_evening_a_reference_out_gains_is_no_gain_of_a_sign() {
+    let mut reversed = sensor(0.0, 1, 1);
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(7);
+    for column in &mut reversed.columns {
+        let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+        match column.role {
+            Role::Measured => column.values.iter_mut().for_each(|value| *value = -*value),
+            Role::Reference => column.values.iter_mut().for_each(|value| *value += 0.1 * draw()),
+            _ => {}
+        }
+    }
+    let finding = found(&reversed);
+    assert_eq!(finding.effects[0].name, "reversed_sign", "{:?}", finding.effects);
+    assert!(finding.notices.iter().any(|one| one.contains("evened out")), "{:?}", finding.notices);
+    let error = |at: usize| finding.path[at].held_out["gauge"].value;
+    assert!((error(0) / error(1) - 1.0).abs() < 0.1, "{} {}", error(0), error(1));
+}
