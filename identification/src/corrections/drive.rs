@@ -30,6 +30,18 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     found
 }
 
+/// Legs from which times and directions are told, without those over which the robot turned so far that the headings at their
+/// ends do not tell how often.
+fn legs(poses: &Poses, dataset: &Dataset) -> Option<Vec<Leg>> {
+    let wheels = Wheels::new(dataset)?;
+    let legs = poses.legs(SHORT);
+    let side = poses.sums(&legs, &wheels.side, 0.0);
+    let is_told = |(leg, side): &(Leg, f64)| {
+        (side / wheels.metres_per_radian - leg.turned).abs() < std::f64::consts::PI
+    };
+    Some(legs.into_iter().zip(side).filter(is_told).map(|(leg, _)| leg).collect())
+}
+
 /// Speeds that are means since the row before, where the reference is likelier so, beside the delay that it needs each way: a mean
 /// is half a row late, and needs none.
 fn mean_speed(dataset: &Dataset) -> Option<Correction> {
@@ -77,7 +89,7 @@ fn likelihoods(read: [&Dataset; 2]) -> Option<[f64; 2]> {
 /// An offset of the heading of the reference: on a straight line the robot seems to drive askew.
 fn offset(dataset: &Dataset) -> Option<Correction> {
     let poses = Poses::new(dataset)?;
-    let legs = poses.legs(SHORT);
+    let legs = legs(&poses, dataset)?;
     if legs.len() < LEGS_MIN {
         return None;
     }
@@ -103,7 +115,7 @@ const BESIDE_MIN: f64 = 0.003;
 /// How far beside the middle of the axle the reference sits: ahead of a turn to the left it lags behind.
 fn beside(dataset: &Dataset) -> Option<Correction> {
     let poses = Poses::new(dataset)?;
-    let legs = poses.legs(SHORT);
+    let legs = legs(&poses, dataset)?;
     if legs.len() < LEGS_MIN {
         return None;
     }
@@ -142,7 +154,7 @@ impl Timing {
     fn of(dataset: &Dataset) -> Option<Self> {
         let poses = Poses::new(dataset)?;
         let is_timed = dataset.column(Role::Time)?.unit.dimension() == Dimension::Time;
-        let legs = poses.legs(SHORT);
+        let legs = legs(&poses, dataset)?;
         if !is_timed || legs.len() < LEGS_MIN {
             return None;
         }
