@@ -186,12 +186,14 @@ impl Monitor {
             let names = self.formula.signals.iter().map(|used| used.name.clone());
             let unit = self.evaluator.unit(stretch.truth);
             let unit = unit.and_then(|unit| self.formula.units.get(unit)).cloned();
+            let known = self.evaluator.end().map_or(known, |end| end.min(known));
             self.verdict.first_violation = Some(Violation {
                 at: stretch.from,
-                known: self.evaluator.end().map_or(known, |end| end.min(known)),
+                known,
                 distance: self.evaluator.distance(stretch.truth).unwrap_or(robustness),
                 unit: unit.unwrap_or_default(),
                 values: names.zip(history.at(stretch.from.as_nanos())).collect(),
+                last: history.at(known.as_nanos()).collect(),
             });
         }
     }

@@ -45,6 +45,8 @@ pub struct Violation {
     pub unit: String,
     /// The signals of the formula at `at`, under their names in it; NaN means no value.
     pub values: Vec<(String, f64)>,
+    /// Their values at `known`.
+    pub last: Vec<f64>,
 }
 
 /// A moment that cannot be judged because readings are not finite.

@@ -242,13 +242,18 @@ fn margin(verdict: &temporal::Verdict) -> Option<f64> {
     verdict.worst.map(|_| verdict.robustness.clamp(-1.0, 1.0))
 }
 
-/// The time of the violation, its extent, and the values of the signals.
+/// The time of the violation, its extent, and the values of the signals: of one that has another when all is known, both.
 fn told(violation: &temporal::Violation) -> Violation {
-    let value = |(name, value): &(String, f64)| match value.is_nan() {
-        true => format!("{name} unknown"),
-        false => format!("{name} = {}", figures::all_digits(*value)),
+    let value = |((name, value), last): (&(String, f64), &f64)| {
+        let last = Some(*last).filter(|last| !last.is_nan() && last != value);
+        let last = last.map(|last| format!(" (at last {})", figures::all_digits(last)));
+        let first = match value.is_nan() {
+            true => "unknown".to_owned(),
+            false => format!("= {}", figures::all_digits(*value)),
+        };
+        format!("{name} {first}{}", last.unwrap_or_default())
     };
-    let values: Vec<String> = violation.values.iter().map(value).collect();
+    let values: Vec<String> = violation.values.iter().zip(&violation.last).map(value).collect();
     let after = (violation.known - violation.at).as_secs_f64();
     let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
     // In the unit of the comparison. A yes or no has no distance, nor has a signal beyond every range.
@@ -267,12 +272,14 @@ mod tests {
     fn a_violation_says_how_far_it_went() {
         let what = |distance: f64, later_ms: i64| {
             let values = vec![("cells.Voltage".to_owned(), 4.3), ("relay".to_owned(), f64::NAN)];
+            let last = vec![if later_ms > 0 { 4.1 } else { 4.3 }, f64::NAN];
             let known = Timestamp::ZERO + Span::from_millis(later_ms);
             let (at, unit) = (Timestamp::ZERO, "V".to_owned());
-            told(&temporal::Violation { at, known, distance, unit, values }).what
+            told(&temporal::Violation { at, known, distance, unit, values, last }).what
         };
         assert_eq!(what(-0.05, 0), "cells.Voltage = 4.3, relay unknown: false by 0.05 V");
-        let none = "cells.Voltage = 4.3, relay unknown: false, certain 0.010 s later";
+        // Found by a user: what broke it in the window was not told.
+        let none = "cells.Voltage = 4.3 (at last 4.1), relay unknown: false, certain 0.010 s later";
         assert_eq!(what(0.0, 10), none);
         assert_eq!(what(-f64::INFINITY, 10), none);
     }

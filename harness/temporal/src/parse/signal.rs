@@ -64,7 +64,7 @@ impl Parser<'_> {
         self.advance()?;
         self.expect(")")?;
         let found = self.signals.message(name).map_err(|not_found| not_found.at(at))?;
-        let slot = self.slot(format!("count of {name}"), found, true);
+        let slot = self.slot(format!("number of {name} sent"), found, true);
         let width = Width { range: 1.0, unit: None };
         let condition = Condition::Changes(Number::Slot(slot), width, 0.0);
         Ok(Part::condition(condition, start..self.end))

@@ -314,7 +314,7 @@ fn what_must_never_be_sent_is_judged_without_it() {
     let once = verdict("not sent(cells.Answer)", &[(7, ANSWER, 1.0)], 20);
     let violation = once.first_violation.expect("it was sent");
     assert_eq!((violation.at, once.violated), (at(7), Span::from_nanos(1)));
-    assert_eq!(violation.values, [("count of cells.Answer".to_owned(), 1.0)]);
+    assert_eq!(violation.values, [("number of cells.Answer sent".to_owned(), 1.0)]);
 }
 
 /// Found by a user: a node that started too late owed nothing before its first message.
