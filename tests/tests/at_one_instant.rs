@@ -1,7 +1,5 @@
 //! Packets of one write arrive at one instant: each of them counts.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use tests::project;
 
 const DRIVE: &str = r#"

@@ -1,7 +1,5 @@
 //! A tester with the name of a node that sends nothing in the DBC, as many a DBC has one.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use tests::project;
 
 const DBC: &str = "VERSION \"\"\nNS_ :\nBS_:\nBU_: Body Door Tester\n\
