@@ -3,22 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use crate::rigs::{load, project};
+use crate::strange_frames::RIG;
 use harness::TrialRun;
 use tests::project::why;
 use wire::can::{CanFrame, Id, StandardId};
 use wire::device::{Device, PortId, Transmit};
 use wire::time::{Span, Timestamp};
-
-const RIG: &str = r#"
-[[line]]
-name = "can0"
-can = { bit_rate = 500_000, dbc = "../devices/pack.dbc" }
-[[node]]
-name = "manager"
-at = "can0"
-dbc_node = "Manager"
-under_test = { in_process = true }
-"#;
 
 /// Sends its message every 0.1 s, from a time on.
 #[derive(Debug)]

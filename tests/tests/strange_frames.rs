@@ -10,7 +10,7 @@ use wire::can::{CanFrame, ExtendedId, Id, StandardId};
 use wire::device::{Device, PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
-const RIG: &str = r#"
+pub const RIG: &str = r#"
 [[line]]
 name = "can0"
 can = { bit_rate = 500_000, dbc = "../devices/pack.dbc" }

@@ -80,17 +80,17 @@ impl UdsListener {
     fn hear(&mut self, now: Timestamp, response: Vec<u8>) {
         let Some(exchange) = self.exchanges.back_mut() else { return };
         let asked = exchange.request.first().copied().unwrap_or_default();
-        match response.as_slice() {
-            [sid::NEGATIVE, service, nrc::RESPONSE_PENDING, ..] if *service == asked => {
-                (exchange.at, exchange.is_pending) = (now, true);
+        let (is_its, is_pending) = match response.as_slice() {
+            [sid::NEGATIVE, service, code, ..] => {
+                (*service == asked, *code == nrc::RESPONSE_PENDING)
             }
-            [sid::NEGATIVE, service, ..] if *service == asked => {
-                exchange.response.get_or_insert(response);
-            }
-            [service, ..] if *service == asked | sid::POSITIVE => {
-                exchange.response.get_or_insert(response);
-            }
-            _ => {}
+            [service, ..] => (*service == asked | sid::POSITIVE, false),
+            [] => (false, false),
+        };
+        if is_its && is_pending {
+            (exchange.at, exchange.is_pending) = (now, true);
+        } else if is_its {
+            exchange.response.get_or_insert(response);
         }
     }
 

@@ -4,7 +4,7 @@ use plan::Plan;
 use plan::confidence::{Z_95, wilson};
 use record::outcome::{Measurement, Outcome, PropertySummary};
 use serde::Serialize;
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU64, NonZeroUsize};
 use std::ops::Range;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -114,8 +114,8 @@ pub struct SeedShare {
     /// Number of seeds whose run passed it, marginally or not.
     pub passed: u64,
     /// Number of these in which a property held because nothing asked for it.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub never_asked: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub never_asked: Option<NonZeroU64>,
     /// Number of seeds that ran.
     pub seeds: u64,
     /// 95 % Wilson interval of the share, lower and upper end, from 0 to 1.
@@ -125,11 +125,6 @@ pub struct SeedShare {
     pub coverage: Option<Coverage>,
     /// The value in the paper, with its place there.
     pub paper: Option<String>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks")]
-const fn is_zero(count: &u64) -> bool {
-    *count == 0
 }
 
 /// How many of the intervals that runs state contain the true value.
@@ -166,7 +161,7 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
             plan: plan.name.as_str().to_owned(),
             judged,
             passed,
-            never_asked: 0,
+            never_asked: None,
             seeds,
             // Without a seed the share may be anything.
             interval: interval.map_or((0.0, 1.0), |interval| (interval.lower, interval.upper)),
@@ -187,7 +182,7 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
         let held = |run: &SeedVerdicts| run.held.get(index) == Some(&true);
         let unasked = |run: &SeedVerdicts| held(run) && run.never_asked.get(index) == Some(&true);
         let never_asked = runs.iter().filter(|(_, run)| unasked(run)).count() as u64;
-        SeedShare { never_asked, ..share(judged, &held) }
+        SeedShare { never_asked: NonZeroU64::new(never_asked), ..share(judged, &held) }
     });
     measured.chain(watched).collect()
 }
@@ -203,7 +198,7 @@ mod tests {
     use plan::Plan;
     use proptest::prelude::*;
     use record::outcome::Outcome;
-    use std::num::NonZeroUsize;
+    use std::num::{NonZeroU64, NonZeroUsize};
 
     fn threads(count: usize) -> NonZeroUsize {
         NonZeroUsize::new(count).unwrap()
@@ -305,7 +300,7 @@ paper = "mostly"
         assert_eq!(shares[0].passed, 2);
         assert_eq!(shares[1].judged, Judged::Property("done_is_done".to_owned()));
         // Found by a user: nothing told that it was never put to the test.
-        assert_eq!((shares[1].passed, shares[1].never_asked), (1, 1));
+        assert_eq!((shares[1].passed, shares[1].never_asked), (1, NonZeroU64::new(1)));
         let seeds: Vec<_> = not_passed(&runs).iter().map(|(seed, _)| *seed).collect();
         assert_eq!(seeds, [2]);
     }

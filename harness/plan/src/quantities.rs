@@ -95,7 +95,7 @@ pub const SDO_PREFIX: &str = "sdo.";
 pub const OPERATOR_PREFIX: &str = "operator.";
 /// Prefix of a number that a diagnostic request reads.
 pub const UDS_PREFIX: &str = "uds.";
-/// Prefix of a line: how much came on it, in the whole run, that is no good message of its nodes.
+/// Prefix of a line: how much came on it, in the whole run, that is not a valid message of its nodes.
 pub const UNEXPECTED_PREFIX: &str = "unexpected.";
 /// Prefixes of the quantities whose names a plan or its rig chooses.
 pub(crate) const CHOSEN: [&str; 5] =

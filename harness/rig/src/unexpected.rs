@@ -1,4 +1,4 @@
-//! What an end of a line sends that is no good message of it: counted for remarks, and for plans that judge it.
+//! What an end of a line sends and is not a valid message of it: counted for remarks, and for plans that judge it.
 
 use crate::Rig;
 use crate::line::EndId;
@@ -6,7 +6,7 @@ use crate::rig::Ear;
 use wire::can::CanFrame;
 
 impl Ear {
-    /// What was no good message of its end so far: bytes outside of messages, frames that are too short, messages with a
+    /// What was not a valid message of its end so far: bytes outside of messages, frames that are too short, messages with a
     /// wrong checksum.
     pub(crate) fn damage(&self) -> u64 {
         let spoilt = self.decoder.spoilt().map(|(_, count)| count);
@@ -16,7 +16,7 @@ impl Ear {
 }
 
 impl Rig {
-    /// Counts a frame of an end that is none of its messages, or a remote request; returns whether it was unexpected.
+    /// Counts a remote request, or a frame of an end that sends no such message; returns whether it was unexpected.
     #[cold]
     pub(crate) fn is_unexpected(&mut self, line: usize, from: EndId, frame: &CanFrame) -> bool {
         let id = frame.id();

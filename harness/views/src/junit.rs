@@ -55,10 +55,7 @@ fn attachment(path: &Path) -> String {
 }
 
 fn suite(summary: &Summary, attachments: &str) -> TestSuite {
-    let mut suite = TestSuite::new(match summary.seed {
-        SEED => summary.plan.clone(),
-        seed => format!("{}, seed {seed}", summary.plan),
-    });
+    let mut suite = TestSuite::new(with_seed(summary, ", seed "));
     let time = Duration::try_from_secs_f64(summary.wall_s).unwrap_or_default();
     suite.set_time(time);
     for (name, value) in [
@@ -105,12 +102,16 @@ fn run(summary: &Summary) -> TestCase {
 fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
     let mut case = TestCase::new(name, status);
     // What stands before the last dot is a package in Jenkins: it lists the seeds of a plan under the plan.
-    let class = match summary.seed {
-        SEED => summary.plan.clone(),
-        seed => format!("{}.seed{seed}", summary.plan),
-    };
-    case.set_classname(class).set_time(Duration::ZERO);
+    case.set_classname(with_seed(summary, ".seed")).set_time(Duration::ZERO);
     case
+}
+
+/// The plan, and behind `word` a seed that is not the usual one.
+fn with_seed(summary: &Summary, word: &str) -> String {
+    match summary.seed {
+        SEED => summary.plan.clone(),
+        seed => format!("{}{word}{seed}", summary.plan),
+    }
 }
 
 fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> TestCase {

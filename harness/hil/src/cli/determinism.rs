@@ -96,13 +96,9 @@ fn first(
         None => "the record ends".to_owned(),
     };
     // A record numbers its nodes in the order of its rig file.
-    let as_numbered = first_header.nodes == second_header.nodes;
-    let is_same = |first: &Record, second: &Record| match as_numbered {
-        true => first == second,
-        false => {
-            (first.at, &first.kind) == (second.at, &second.kind)
-                && Line(first, first_header).to_string() == Line(second, second_header).to_string()
-        }
+    let is_same = |first: &Record, second: &Record| {
+        (first.at, first_header.name_of(first.device), &first.kind)
+            == (second.at, second_header.name_of(second.device), &second.kind)
     };
     loop {
         let pair = (one.next(), other.next());

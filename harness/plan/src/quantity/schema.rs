@@ -43,7 +43,7 @@ impl JsonSchema for QuantityName {
         let patterns = [
             (
                 line,
-                "How much came on this line that is no good message of its nodes, in the whole run.",
+                "How much came on this line, in the whole run, that is not a valid message of its nodes.",
             ),
             (answer, "What an operator answers."),
             (read, "A number that a step `uds` reads."),

@@ -1,7 +1,8 @@
-//! What came on a line that is no good message of its nodes, as far as the plan judges it.
+//! What came on a line and is not a valid message of its nodes, as far as the plan judges it.
 
 use super::Engine;
 use plan::Plan;
+use plan::quantities::UNEXPECTED_PREFIX;
 use std::collections::BTreeMap;
 use wire::time::{Span, Timestamp};
 
@@ -13,7 +14,6 @@ pub(super) struct Unexpected {
 
 #[derive(Debug, Clone, Default)]
 struct Counted {
-    quantity: String,
     count: u64,
     /// When a log has frames that no node sends.
     left_out: Vec<Span>,
@@ -21,29 +21,13 @@ struct Counted {
 
 impl Unexpected {
     pub(super) fn of(plan: &Plan) -> Self {
-        let quantities = plan.measurements.iter().map(|declared| &declared.quantity);
-        let counted = quantities.filter_map(|quantity| {
-            let quantity_name = quantity.as_str().to_owned();
-            Some((
-                quantity.line()?.to_owned(),
-                Counted { quantity: quantity_name, ..<_>::default() },
-            ))
-        });
-        Self { lines: counted.collect() }
-    }
-
-    /// The quantities, and how much came until then.
-    pub(super) fn until(&self, end: Span) -> Vec<(String, f64)> {
-        let of = |one: &Counted| {
-            let left_out = one.left_out.iter().filter(|at| **at <= end).count() as u64;
-            (one.quantity.clone(), (one.count + left_out) as f64)
-        };
-        self.lines.values().map(of).collect()
+        let lines = plan.measurements.iter().filter_map(|declared| declared.quantity.line());
+        Self { lines: lines.map(|line| (line.to_owned(), Counted::default())).collect() }
     }
 }
 
 impl Engine {
-    /// Takes that so much came on a line which is no good message of its nodes.
+    /// Counts what came on a line and is not a valid message of its nodes.
     pub fn unexpected(&mut self, line: &str, count: u64) {
         if count > 0
             && self.ending.is_none()
@@ -62,7 +46,13 @@ impl Engine {
         }
     }
 
+    /// The quantities, and how much came until now.
     pub(super) fn unexpected_until(&self, now: Timestamp) -> Vec<(String, f64)> {
-        self.unexpected.until(now - self.began)
+        let end = now - self.began;
+        let of = |(line, one): (&String, &Counted)| {
+            let left_out = one.left_out.iter().filter(|at| **at <= end).count() as u64;
+            (format!("{UNEXPECTED_PREFIX}{line}"), (one.count + left_out) as f64)
+        };
+        self.unexpected.lines.iter().map(of).collect()
     }
 }

@@ -16,9 +16,9 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
         }
     };
     let share = match one.never_asked {
-        0 => share,
-        all if all == one.seeds => format!("{share}, never tested"),
-        some => format!("{share}, never tested in {some}"),
+        None => share,
+        Some(all) if all.get() == one.seeds => format!("{share}, never tested"),
+        Some(some) => format!("{share}, never tested in {some}"),
     };
     let (lower, upper) = one.interval;
     [
@@ -72,13 +72,14 @@ mod tests {
     use super::{Judged, SeedShare, seeds_markdown, seeds_table};
     use crate::console::Style;
     use campaign::seeds::Coverage;
+    use std::num::NonZeroU64;
 
     fn shares() -> Vec<SeedShare> {
         let share = SeedShare {
             plan: "laps-observed".into(),
             judged: Judged::Measurement("return_orientation".into()),
             passed: 187,
-            never_asked: 0,
+            never_asked: None,
             seeds: 200,
             interval: (0.892_2, 0.961_6),
             coverage: Some(Coverage { held: 190, of: 200 }),
@@ -96,6 +97,7 @@ mod tests {
             SeedShare { judged: Judged::Property("it did charge".into()), ..none.clone() };
         let unasked = |never_asked| {
             let judged = Judged::Property("it stops".into());
+            let never_asked = NonZeroU64::new(never_asked);
             SeedShare { judged, passed: 3, seeds: 3, never_asked, ..none.clone() }
         };
         let [some, all] = [2, 3].map(unasked);
