@@ -4,6 +4,8 @@
 //! Every observation has the [`COMMON_TAGS`]. Within a step it also has `during.<step>` = 1 for each enclosing step,
 //! and `during.<label>` if that step has a label; within a sweep, the swept parameter under its own name.
 
+use std::collections::BTreeSet;
+
 /// A quantity: its meaning, its unit, and the tags of its observations.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Quantity {
@@ -97,9 +99,25 @@ pub const OPERATOR_PREFIX: &str = "operator.";
 pub const UDS_PREFIX: &str = "uds.";
 /// Prefix of a line: how much came on it, in the whole run, that is not a valid message of its nodes.
 pub const UNEXPECTED_PREFIX: &str = "unexpected.";
-/// Prefixes of the quantities whose names a plan or its rig chooses.
-pub(crate) const CHOSEN: [&str; 5] =
-    [OPERATOR_PREFIX, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX, UNEXPECTED_PREFIX];
+/// Prefixes of the quantities whose names a plan or its rig chooses, and what such a quantity is.
+pub(crate) const CHOSEN: [(&str, &str); 5] = [
+    (
+        UNEXPECTED_PREFIX,
+        "How much came on this line, in the whole run, that is not a valid message of its nodes.",
+    ),
+    (REACTION_PREFIX, "How long this reaction took, s."),
+    (OPERATOR_PREFIX, "What an operator answers."),
+    (UDS_PREFIX, "A number that a step `uds` reads."),
+    (SDO_PREFIX, "What an `sdo` step reads, in the unit of the object."),
+];
+
+/// What stands before the first dot in the names of quantities, without signals that begin with the name of a node: a node
+/// has none of these names.
+pub(crate) fn families() -> BTreeSet<&'static str> {
+    let chosen = CHOSEN.iter().map(|(prefix, _)| *prefix);
+    let names = NAMES.iter().copied().chain(chosen).chain([SIGNAL, PERIOD]);
+    names.map(|name| name.split_once('.').map_or(name, |(family, _)| family)).collect()
+}
 
 /// The tag of observations made during `phase`, a step's name or label.
 pub fn during_tag(phase: &str) -> String {
@@ -264,9 +282,20 @@ quantities! {
 
 #[cfg(test)]
 mod tests {
-    use super::{COMMON_TAGS, QUANTITIES, find, find_tag};
+    use super::{COMMON_TAGS, QUANTITIES, families, find, find_tag};
     use crate::Action;
     use std::collections::BTreeSet;
+
+    #[test]
+    fn each_kind_of_name_is_a_family() {
+        let families = families();
+        for family in
+            ["gyro", "operator", "period", "reaction", "sdo", "signal", "uds", "unexpected"]
+        {
+            assert!(families.contains(family), "{family}");
+        }
+        assert!(families.iter().all(|family| !family.is_empty() && !family.contains('.')));
+    }
 
     #[test]
     fn the_table_is_consistent() {

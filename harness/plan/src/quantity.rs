@@ -22,7 +22,8 @@ pub struct QuantityName(String);
 impl QuantityName {
     /// `None` if there is no such quantity.
     pub fn new(name: &str) -> Option<Self> {
-        let chosen = |prefix: &&str| name.strip_prefix(*prefix).and_then(Name::new).is_some();
+        let chosen =
+            |(prefix, _): &(&str, &str)| name.strip_prefix(prefix).and_then(Name::new).is_some();
         let known = CHOSEN.iter().any(chosen) || quantities::find(name).is_some();
         (known || OfMessage::of(name).is_some()).then(|| Self(name.to_owned()))
     }
@@ -63,7 +64,7 @@ impl QuantityName {
 
     /// Whether the plan or its rig chooses the last part of its name.
     pub(crate) fn is_chosen(&self) -> bool {
-        CHOSEN.iter().any(|prefix| self.0.starts_with(prefix))
+        CHOSEN.iter().any(|(prefix, _)| self.0.starts_with(prefix))
     }
 
     /// The answer's name, if an operator gives this quantity.

@@ -3,9 +3,7 @@
 use super::{Filter, QuantityName, TagMatch};
 use crate::band::Band;
 use crate::name::Name;
-use crate::quantities::{
-    OPERATOR_PREFIX, PERIOD, QUANTITIES, SDO_PREFIX, SIGNAL, TAGS, UDS_PREFIX, UNEXPECTED_PREFIX,
-};
+use crate::quantities::{CHOSEN, PERIOD, QUANTITIES, SIGNAL, TAGS, families};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 
@@ -14,16 +12,6 @@ const IDENTIFIER: &str = "[A-Za-z0-9_]+";
 
 /// The syntax of node names in a rig.
 const NODE: &str = "[a-z][a-z0-9_-]{0,63}";
-
-/// The prefixes of the names in the table, which nodes cannot have as names.
-fn families() -> Vec<&'static str> {
-    let first = |name: &'static str| name.split('.').next().unwrap_or_default();
-    let mut families: Vec<&str> = QUANTITIES.iter().map(|quantity| first(quantity.name)).collect();
-    families.extend([SIGNAL, PERIOD, "operator", "sdo", "uds", "unexpected"]);
-    families.sort_unstable();
-    families.dedup();
-    families
-}
 
 impl JsonSchema for QuantityName {
     fn schema_name() -> Cow<'static, str> {
@@ -36,18 +24,11 @@ impl JsonSchema for QuantityName {
                 format!("{} In {}; from `{}`.", quantity.doc, quantity.unit, quantity.made_by);
             json_schema!({ "const": quantity.name, "description": doc })
         });
-        let answer = format!("^{}{}$", OPERATOR_PREFIX.replace('.', r"\."), Name::pattern());
-        let read = format!("^{}{}$", UDS_PREFIX.replace('.', r"\."), Name::pattern());
-        let object = format!("^{}{}$", SDO_PREFIX.replace('.', r"\."), Name::pattern());
-        let line = format!("^{}{}$", UNEXPECTED_PREFIX.replace('.', r"\."), Name::pattern());
-        let patterns = [
-            (
-                line,
-                "How much came on this line, in the whole run, that is not a valid message of its nodes.",
-            ),
-            (answer, "What an operator answers."),
-            (read, "A number that a step `uds` reads."),
-            (object, "What an `sdo` step reads, in the unit of the object."),
+        let chosen = CHOSEN.iter().map(|(prefix, doc)| {
+            (format!("^{}{}$", prefix.replace('.', r"\."), Name::pattern()), *doc)
+        });
+        let families: Vec<&str> = families().into_iter().collect();
+        let of_messages = [
             (
                 format!(r"^{SIGNAL}\.{IDENTIFIER}(\.{IDENTIFIER})*$"),
                 "Each value that is received of this signal of the device, in its unit.",
@@ -57,12 +38,13 @@ impl JsonSchema for QuantityName {
                 "The time between two of this message, s; of a rig by node and message.",
             ),
             (
-                format!(r"^(?!({})\.){NODE}(\.{IDENTIFIER}){{1,2}}$", families().join("|")),
+                format!(r"^(?!({})\.){NODE}(\.{IDENTIFIER}){{1,2}}$", families.join("|")),
                 "Each value of this signal that this node of the rig sends, in its unit.",
             ),
         ];
-        let patterns =
-            patterns.map(|(pattern, doc)| json_schema!({ "pattern": pattern, "description": doc }));
+        let patterns = chosen
+            .chain(of_messages)
+            .map(|(pattern, doc)| json_schema!({ "pattern": pattern, "description": doc }));
         let all: Vec<Schema> = known.chain(patterns).collect();
         json_schema!({
             "description": "What is observed: see `hil list quantities`.",

@@ -144,10 +144,8 @@ impl<E: Cause> Builder<'_, E> {
             return refuse(format!("a line is called `{name}` too"), Some(help));
         }
         let of_robot = self.rig.robot.is_some() && ["robot", "controller"].contains(&name);
-        let kinds =
-            [DEVICE, "signal", "period", "operator", "sdo", "uds", "unexpected", "host", "plan"];
-        let prefix = quantities::NAMES.iter().any(|known| known.split('.').next() == Some(name));
-        if of_robot || prefix || kinds.contains(&name) {
+        let is_family = quantities::families().contains(name);
+        if of_robot || is_family || [DEVICE, "host", "plan"].contains(&name) {
             return refuse(
                 format!("`{name}` has a meaning of its own in plans"),
                 Some("call the node otherwise"),
