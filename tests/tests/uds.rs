@@ -33,12 +33,9 @@ fn run(files: &[(&str, &str)], plan: &str) -> TrialRun {
     project::load(&project::of(all), "plan.toml").unwrap().run().unwrap()
 }
 
-/// The plan of the page with other steps and a property that always holds in place of its measurements.
+/// The plan of the page with other steps, which alone judge unless `rest` does.
 fn plan(steps: &str, rest: &str) -> String {
-    format!(
-        "name = \"p\"\ntitle = \"p\"\ndevice = \"heater\"\nsteps = [{steps}]\n[[measurement]]\nname = \"m\"\ndoc = \"m\"\n\
-         quantity = \"step.duration\"\nunit = \"s\"\ncheck = {{ all_within = [0, 100] }}\n{rest}"
-    )
+    format!("name = \"p\"\ntitle = \"p\"\ndevice = \"heater\"\nsteps = [{steps}]\n{rest}")
 }
 
 #[test]
@@ -52,6 +49,11 @@ fn the_plan_of_the_page_passes() {
 
 #[test]
 fn another_response_fails_the_run() {
+    let read = |expected: &str| {
+        let step = format!("{{ uds = {{ request = [0x22, 1, 1], {expected} }} }}");
+        run(&[("devices/heater.toml", page(1))], &plan(&step, ""))
+    };
+    assert!(read("expect = { data = [0x62, 1, 1, 60] }").passed());
     for (step, reason) in [
         (
             "request = [0x22, 9, 9]",
@@ -103,15 +105,14 @@ fn what_takes_its_time_takes_it_in_every_request() {
 
 #[test]
 fn faults_strike_the_frames_of_a_response() {
-    let read = "{ uds = { request = [0x22, 0xF1, 0x90], expect = \"any\" } }";
-    let read_well = "{ uds = { request = [0x22, 0xF1, 0x90] } }";
+    let read = "{ uds = { request = [0x22, 0xF1, 0x90] } }";
     for (what, reason) in [
         ("drop = { loss_percent = 100 }", "no response came"),
         ("duplicate = { duplicate_percent = 100 }", "a consecutive frame out of sequence"),
         ("delay = { by_s = 1.5 }", "no response came"),
     ] {
         let fault = format!("[[fault]]\ntarget = \"device.UdsResponse\"\nwhat = {{ {what} }}\n");
-        let run = run(&[("devices/heater.toml", page(1))], &plan(read_well, &fault));
+        let run = run(&[("devices/heater.toml", page(1))], &plan(read, &fault));
         assert!(!run.passed() && run.to_string().contains(reason), "{what}: {run}");
     }
     // A flow control that comes too late: the tester gives up its long request.

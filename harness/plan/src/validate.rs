@@ -31,8 +31,12 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     if rig.is_some() {
         survey.never_sent()?;
     }
-    if plan.measurements.is_empty() && !plan.properties.iter().any(Property::is_stated) {
-        let message = "a plan that judges nothing, expected a [[measurement]] or a [[property]] with a formula";
+    let judges = !plan.measurements.is_empty()
+        || plan.properties.iter().any(Property::is_stated)
+        || Step::walk(&plan.steps).any(|step| step.action.judges());
+    if !judges {
+        let message = "a plan that judges nothing, expected a [[measurement]], a [[property]] with a formula, or a step that \
+                       judges (uds, sdo, wait_until, reaction)";
         return Err(Place::file().mistake(message));
     }
     let mut names: BTreeMap<&str, usize> = BTreeMap::new();

@@ -140,8 +140,7 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
     };
     hide(measured.iter().all(|measurement| measurement.paper.is_none()), PAPER_COLUMN);
     hide(measured.iter().all(|measurement| measurement.proves.is_none()), PROVES_COLUMN);
-    let mut text = lines(&table);
-    text.push('\n');
+    let mut text = if table.is_empty() { String::new() } else { lines(&table) + "\n" };
     for summary in summaries {
         if let Some(reason) = &summary.reason {
             let (plan, outcome) = (printable(&summary.plan), summary.outcome.name());
@@ -250,10 +249,11 @@ fn closing_line(summaries: &[Summary]) -> String {
     let outcome = worst(summaries);
     let simulated = summaries.iter().map(|summary| summary.simulated_s).sum();
     let wall = summaries.iter().map(|summary| summary.wall_s).sum();
-    let counts = match (counts.to_string(), properties(summaries)) {
-        (counts, None) => counts,
-        (_, Some(held)) if summaries.iter().all(|summary| summary.measurements.is_empty()) => held,
-        (counts, Some(held)) => format!("{counts}; {held}"),
+    let counts = match (counts.total(), properties(summaries)) {
+        (0, None) => "nothing measured".to_owned(),
+        (_, None) => counts.to_string(),
+        (0, Some(held)) => held,
+        (_, Some(held)) => format!("{counts}; {held}"),
     };
     format!(
         "{} ({counts}) in {}; the bench ran {}; exit status {}",

@@ -95,6 +95,11 @@ pub(crate) trait StepKind {
         false
     }
 
+    /// Whether the run fails if what the step waits for is wrong, or does not come: it is a verdict of its own.
+    fn judges(&self) -> bool {
+        false
+    }
+
     /// Missions for the controller that are phases of their own, and their number.
     fn missions(&self) -> &'static [(&'static str, u64)] {
         &[]

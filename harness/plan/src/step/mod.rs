@@ -271,6 +271,11 @@ impl Action {
         self.kind().check(survey, at)
     }
 
+    /// Whether it is a verdict of its own: the run fails if what it waits for is wrong, or does not come.
+    pub(crate) fn judges(&self) -> bool {
+        self.kind().judges()
+    }
+
     /// The inner steps; empty if it is not a repeat or sweep.
     pub fn steps(&self) -> &[Step] {
         self.kind().steps()

@@ -25,6 +25,10 @@ impl StepKind for AwaitReaction {
         write!(f, "wait for the reaction {}", self.name)
     }
 
+    fn judges(&self) -> bool {
+        true
+    }
+
     fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
         Ok(vec![Op::Reaction(self.name.as_str().to_owned())])
     }

@@ -112,6 +112,10 @@ impl StepKind for Sdo {
         self.node.as_ref().map_or(Ok(()), |node| write!(f, " of {node}"))
     }
 
+    fn judges(&self) -> bool {
+        true
+    }
+
     fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
         Ok(vec![Op::Sdo(self.clone())])
     }

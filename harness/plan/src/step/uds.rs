@@ -258,6 +258,10 @@ impl StepKind for Uds {
         write!(f, "ask {} {}", self.node(), hex(&self.request))
     }
 
+    fn judges(&self) -> bool {
+        self.expect != Expected::Any
+    }
+
     fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
         Ok(vec![Op::Uds(Box::new(self.clone()))])
     }

@@ -107,6 +107,10 @@ impl StepKind for Condition {
         write!(f, "wait until {self}")
     }
 
+    fn judges(&self) -> bool {
+        true
+    }
+
     fn script(&self, _: &Known<'_>) -> Result<Vec<Op>, String> {
         Ok(vec![Op::Condition(self.clone())])
     }
