@@ -14,6 +14,7 @@ mod clock_and_loss;
 mod closing;
 mod command_sequences;
 mod crossing;
+mod dbc_with_diagnostics;
 mod determinism;
 mod device_under_test;
 mod engine;

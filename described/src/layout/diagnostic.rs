@@ -43,6 +43,37 @@ impl Layout {
         Ok(Self::new(medium, messages).noting(notes))
     }
 
+    /// The layout without messages on this channel: a DBC describes them as if each frame stood for itself.
+    #[must_use]
+    pub fn without_frames_of(self, channel: &IsoTp) -> Self {
+        let is_of_channel =
+            |id: Id| id == channel.response || channel.requests().any(|one| one == id);
+        let kept = self.messages.iter().filter(|one| !one.can_id().is_some_and(is_of_channel));
+        Self::new(self.medium, kept.cloned().collect()).noting(self.notes.to_vec())
+    }
+
+    /// What a tester sends beside these servers on one bus: the messages of this layout, in which it is a device, and requests
+    /// to each of the servers.
+    ///
+    /// # Errors
+    /// Two servers that are asked with one identifier in different ways.
+    pub fn asking(self, servers: &[(&str, &Self)]) -> Result<Self, String> {
+        let is_request = |one: &&Message| [REQUEST, FUNCTIONAL].contains(&&*one.name);
+        let of = |layout: &Self| {
+            Self::new(Medium::Can, layout.messages.iter().filter(is_request).cloned().collect())
+        };
+        let asked: Vec<(&str, Self)> = servers.iter().map(|(node, one)| (*node, of(one))).collect();
+        let asked: Vec<(&str, &Self)> = asked.iter().map(|(node, one)| (*node, one)).collect();
+        let requests = Self::of_host(&asked)?;
+        let is_new =
+            |one: &&Message| requests.messages.iter().all(|new| new.can_id() != one.can_id());
+        let mut messages: Vec<Message> = self.messages.iter().filter(is_new).cloned().collect();
+        messages.extend(
+            requests.messages.iter().map(|one| Message { sender: Sender::Device, ..one.clone() }),
+        );
+        Ok(Self::new(self.medium, messages).noting(self.notes.to_vec()))
+    }
+
     /// Whether a client asks on its channel with this identifier.
     pub fn is_asked_by(&self, id: Id) -> bool {
         let is_asked = |one: &Message| [REQUEST, FUNCTIONAL].contains(&&*one.name);

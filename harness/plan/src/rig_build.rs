@@ -296,8 +296,13 @@ impl<E: Cause> Builder<'_, E> {
         let mut tester = None;
         for line in lines {
             let words = self.words(file, number, *line)?;
-            let Some((layout, sender)) = self.with_channel(node, number, words)? else { continue };
+            let Some((mut layout, sender)) = self.with_channel(node, number, words)? else {
+                continue;
+            };
             if node.tester == Some(true) {
+                if sender == Sender::Device {
+                    layout = self.asking(layout, number, *line)?;
+                }
                 self.check_alone(file, number, *line, &layout)?;
             }
             tester.get_or_insert((layout.clone(), sender));

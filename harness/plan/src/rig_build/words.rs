@@ -110,6 +110,22 @@ impl<E: Cause> Builder<'_, E> {
         IsoTp::new(table).map(Some).map_err(|(key, message)| refuse(format!("`{key}`: {message}")))
     }
 
+    /// What the tester with this `number` says by the DBC of its `line`, with its requests to the servers there.
+    pub(super) fn asking(
+        &self,
+        layout: Layout,
+        number: usize,
+        line: usize,
+    ) -> Result<Layout, LibraryError> {
+        let others = self.rig.speakers.iter().filter(|known| known.line == line);
+        let servers = others.filter(|known| known.sender == Sender::Device);
+        let servers: Vec<_> = servers.map(|one| (one.node.as_str(), &one.layout)).collect();
+        layout.asking(&servers).map_err(|text| {
+            let help = "each server on the line has identifiers of its own".to_owned();
+            self.mistake(("node", number, "at"), text, Some(help))
+        })
+    }
+
     /// The messages of a node with the frames of its channel for diagnostic requests.
     pub(super) fn with_channel(
         &self,
@@ -120,7 +136,8 @@ impl<E: Cause> Builder<'_, E> {
         let Some(isotp) = self.isotp(node, number)? else { return Ok(words) };
         match words.unwrap_or((Layout::empty(), Sender::Device)) {
             (layout, Sender::Device) => {
-                let layout = layout.with_isotp(&isotp).map_err(|(_, message)| {
+                let layout = layout.without_frames_of(&isotp).with_isotp(&isotp);
+                let layout = layout.map_err(|(_, message)| {
                     self.mistake(("node", number, "isotp"), message, None)
                 })?;
                 Ok(Some((layout, Sender::Device)))
