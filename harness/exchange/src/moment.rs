@@ -127,8 +127,13 @@ impl Moment {
         let mut text = format!("{}{}:", Head(message.at, who), form.full_name());
         for (signal, value) in form.signals.iter().zip(&message.values) {
             if let Some(value) = value {
+                let name = signal.names.iter().find(|(named, _)| named == value);
                 let value = figures::with_unit(rounded(*value), &signal.unit);
-                let _ = write!(text, " {} {value},", signal.name);
+                let _ = write!(text, " {} {value}", signal.name);
+                if let Some((_, name)) = name {
+                    let _ = write!(text, " ({name})");
+                }
+                text.push(',');
             }
         }
         text.trim_end_matches([',', ':']).to_owned()

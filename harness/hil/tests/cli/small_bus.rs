@@ -9,7 +9,7 @@ const DBC: &str = "VERSION \"\"\n\nBU_: Ut Other\n\n\
     BO_ 257 Y: 1 Ut\n SG_ X : 0|1@1+ (1,0) [0|1] \"\" Other\n SG_ Z : 1|1@1+ (1,0) [0|1] \"\" Other\n\n\
     BO_ 258 B: 8 Ut\n SG_ Q : 0|64@1+ (1,0) [0|0] \"\" Other\n\n\
     BO_ 260 In: 2 Other\n SG_ Val : 0|16@1- (0.5,0) [0|0] \"A\" Ut\n\n\
-    SIG_VALTYPE_ 256 F : 1;\n";
+    VAL_ 257 X 1 \"on\" 0 \"off\" ;\nSIG_VALTYPE_ 256 F : 1;\n";
 
 const RIG: &str = "title = \"One node\"\n\
     [[line]]\nname = \"can0\"\ncan = { bit_rate = 500_000, dbc = \"../bus.dbc\" }\n\
@@ -169,6 +169,21 @@ fn numbers_that_a_signal_or_a_double_does_not_have_are_refused() {
         run(&frames, &wait(1.0, "w"), "[[property]]\nname = \"a\"\nalways = \"ut.Q > 1\"\n");
     let shown = hil.run(&["show", "run", "--at", "0.5"]).exits(0).out;
     assert!(shown.contains("Q 1152921504606846976"), "{shown}");
+}
+
+/// Found by a user: numbers alone.
+#[test]
+fn values_are_shown_with_their_names() {
+    let (hil, ran) = run(
+        &[(0.0, "101#03"), (0.5, "101#00")],
+        &wait(1.0, "w"),
+        "[[property]]\nname = \"a\"\nalways = \"ut.X >= 0\"\n",
+    );
+    ran.exits(0);
+    for (at, text) in [("0.2", "Y: X 1 (on), Z 1"), ("0.8", "Y: X 0 (off), Z 0")] {
+        let shown = hil.run(&["show", "run", "--at", at]).exits(0).out;
+        assert!(shown.contains(text), "{shown}");
+    }
 }
 
 /// Found by a user: what an import left out was a note, which no plan could judge.
