@@ -121,7 +121,7 @@ impl Device {
             return self.receive_canopen(now, frame);
         }
         self.outbox.receive(now, frame);
-        let Some(heard) = self.decoder.frame(frame) else { return };
+        let Some(heard) = self.decoder.at(now).frame(frame) else { return };
         if !heard.is_sound() {
             self.refused += 1;
             return;

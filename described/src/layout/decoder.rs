@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use wire::can::{CanFrame, Id};
 use wire::j1939::{self, Identifier};
 use wire::packet::BYTES_MAX;
+use wire::time::Timestamp;
 
 /// Finds messages in received data.
 ///
@@ -25,8 +26,10 @@ pub struct Decoder {
     values: Vec<Option<f64>>,
     /// One per message.
     received: Vec<Received>,
-    /// Messages being received in parts, if the layout has any.
+    /// Messages being received in parts, if the layout has parameter groups of J1939.
     reassembly: Option<Box<Reassembly>>,
+    /// See [`Decoder::foreign`].
+    foreign: Option<Id>,
     /// The next byte is not in the middle of a line of text.
     line_begins: bool,
     /// Decodes the requests that tell answers apart, if there are such.
@@ -50,7 +53,8 @@ impl Decoder {
             buffer: Vec::with_capacity(BYTES_MAX),
             values: Vec::new(),
             received: vec![Received::default(); layout.messages.len()],
-            reassembly: layout.messages.iter().any(Message::is_in_parts).then(Box::default),
+            reassembly: layout.messages.iter().any(|one| one.group.is_some()).then(Box::default),
+            foreign: None,
             line_begins: true,
             requests: requests(&layout, sender),
             asked: None,
@@ -79,7 +83,9 @@ impl Decoder {
     pub fn takes(&self, id: Id) -> bool {
         match self.layout.identifiers.find(id) {
             Some(index) => hears(self.sender, &self.layout.messages[index]),
-            None => self.reassembly.is_some() && self.is_of_transport(id),
+            None => {
+                self.reassembly.is_some() && (self.is_of_transport(id) || self.group(id).is_some())
+            }
         }
     }
 
@@ -89,7 +95,33 @@ impl Decoder {
         let from = Identifier::from(id);
         let mut groups = self.layout.messages.iter().filter(|one| hears(self.sender, one));
         j1939::is_transport(from)
-            && groups.any(|one| one.group.is_some_and(|of| of.source == from.source))
+            && groups.any(|one| {
+                one.group.is_some_and(|of| [from.source, j1939::NULL].contains(&of.source))
+            })
+    }
+
+    /// The message of this parameter group, of whatever length.
+    fn group(&self, id: Id) -> Option<usize> {
+        let Id::Extended(id) = id else { return None };
+        let heard = Identifier::from(id);
+        self.layout.messages.iter().position(|message| {
+            hears(self.sender, message) && message.group.is_some_and(|group| group.means(heard))
+        })
+    }
+
+    /// It is `now`, before the next frame: a message in parts that takes too long between two of them is damage.
+    #[inline]
+    pub fn at(&mut self, now: Timestamp) -> &mut Self {
+        if let Some(reassembly) = &mut self.reassembly {
+            self.damaged += reassembly.late(now);
+        }
+        self
+    }
+
+    /// The identifier that a single frame of its group would have had, if the last frame completed a message in parts that is
+    /// none of the layout.
+    pub const fn foreign(&mut self) -> Option<Id> {
+        self.foreign.take()
     }
 
     /// The message in a CAN frame, or the one that it completes; `None` if no message has its identifier, for a remote
@@ -118,34 +150,47 @@ impl Decoder {
         Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
-    /// The message that a frame of the transport protocol completes.
+    /// The message that a frame of the transport protocol completes, or one in parts that fits into a frame.
     #[cold]
     fn part(&mut self, frame: &CanFrame) -> Option<Decoded<'_>> {
-        let (messages, sender) = (&self.layout.messages, self.sender);
-        let find = |heard: Identifier| {
-            messages.iter().position(|message| {
-                message.is_in_parts()
-                    && hears(sender, message)
-                    && message.group.is_some_and(|group| group.means(heard))
-            })
-        };
-        let heard = self.reassembly.as_mut()?.frame(frame, |heard| find(heard).is_some());
-        let (about, data) = match heard {
-            Heard::Whole(about, data) => (about, data),
-            heard => {
-                self.damaged += u64::from(matches!(heard, Heard::Stray));
-                return None;
+        let id = frame.id();
+        let Id::Extended(extended) = id else { return None };
+        if self.reassembly.is_none() || frame.is_remote() {
+            return None;
+        }
+        if !j1939::is_transport(extended.into()) {
+            return self.variable(self.group(id)?, frame.data());
+        }
+        match self.reassembly.as_mut()?.frame(frame) {
+            Heard::Nothing => None,
+            Heard::Stray => {
+                self.damaged += 1;
+                None
             }
-        };
-        let index = find(about)?;
-        let message = &messages[index];
-        let Carrier::Parts { length, .. } = message.carrier else { return None };
-        if data.len() < length {
+            Heard::Whole(about, data) => {
+                let about = Id::Extended(about.id());
+                let Some(index) = self.group(about) else {
+                    self.foreign = Some(about);
+                    return None;
+                };
+                self.variable(index, &data)
+            }
+        }
+    }
+
+    /// A parameter group with these bytes: its length varies, and a signal that lies beyond them is not carried.
+    fn variable(&mut self, index: usize, data: &[u8]) -> Option<Decoded<'_>> {
+        let message = &self.layout.messages[index];
+        message.read(data, &mut self.values);
+        for (signal, value) in message.signals.iter().zip(&mut self.values) {
+            *value = value.filter(|_| signal.is_within(data.len()));
+        }
+        // What a checksum covers is all there.
+        if message.protected.is_some() && data.len() < message.payload().end {
             self.damaged += 1;
             return None;
         }
-        message.read(&data, &mut self.values);
-        let verdict = judge(message, &data, &mut self.received[index], &mut self.values);
+        let verdict = judge(message, data, &mut self.received[index], &mut self.values);
         Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 

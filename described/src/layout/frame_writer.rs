@@ -3,7 +3,7 @@
 use super::message::Message;
 use super::signal::{Signal, Storage};
 use crate::file::ByteOrder;
-use wire::can::{CanFrame, FD_BYTES_MAX};
+use wire::can::{CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX};
 
 /// Below this the sum of a number and [`WHOLE`] has no fraction.
 const NUMBER_MAX: f64 = (1_u64 << 51) as f64;
@@ -139,6 +139,17 @@ impl Fields {
     }
 }
 
+/// The first eight bytes of a message, the first lowest, with zeros in the bits of its signals.
+fn unused(message: &Message) -> u64 {
+    let mut data = [message.unused(); DATA_BYTES_MAX];
+    for signal in &message.signals {
+        if let Storage::Bits { field, .. } = signal.storage {
+            field.set(&mut data, 0);
+        }
+    }
+    u64::from_le_bytes(data)
+}
+
 /// The signals of a CAN message, each of which is in every frame.
 #[derive(Debug, Clone)]
 pub(super) struct FrameWriter {
@@ -146,6 +157,8 @@ pub(super) struct FrameWriter {
     signals: usize,
     /// The empty frame.
     blank: CanFrame,
+    /// The first eight bytes of a frame without signals, the first lowest.
+    unused: u64,
     /// True if a counter or a checksum is among the signals.
     is_protected: bool,
 }
@@ -159,6 +172,7 @@ impl FrameWriter {
             fields: fields?.into(),
             signals: message.signals.len(),
             blank: message.frame(&[0; FD_BYTES_MAX])?,
+            unused: unused(message),
             is_protected: message.protected.is_some(),
         })
     }
@@ -187,7 +201,7 @@ impl FrameWriter {
         if values.len() != self.signals {
             return None;
         }
-        let mut word = 0;
+        let mut word = self.unused;
         let (groups, rest) = values.as_chunks::<LANES>();
         for (fields, group) in self.fields.iter().zip(groups) {
             word |= fields.word(group)?;

@@ -213,15 +213,14 @@ impl Message {
         }
         match &self.carrier {
             Carrier::Frame { .. } => {
-                let mut data = [0; FD_BYTES_MAX];
+                let mut data = [self.unused(); FD_BYTES_MAX];
                 self.put(values, &mut data)?;
                 self.seal(&mut data, sent);
                 let frame = self.frame(&data).map(|frame| Encoded::Whole(Transmit::Frame(frame)));
                 frame.ok_or_else(|| self.too_long())
             }
             Carrier::Parts { id, length } => {
-                // The padding of packets.
-                let mut data = vec![0xFF; *length];
+                let mut data = vec![self.unused(); *length];
                 self.put(values, &mut data)?;
                 self.seal(&mut data, sent);
                 let about = self.group.unwrap_or_else(|| (*id).into());
@@ -251,6 +250,11 @@ impl Message {
                 line.map(Transmit::Bytes).map(Encoded::Whole).ok_or_else(|| self.too_long())
             }
         }
+    }
+
+    /// A byte without signals: bits that a parameter group does not define are 1 (SAE J1939-71), which means "not available".
+    pub(super) const fn unused(&self) -> u8 {
+        if self.group.is_some() { 0xFF } else { 0 }
     }
 
     /// Fills in counter and checksum.

@@ -354,9 +354,9 @@ impl Layout {
         self.writers.get(message)?.as_ref().filter(|writer| !writer.is_protected())
     }
 
-    /// The addresses from which `sender` sends and answers; `None` if none of the messages is sent in parts.
+    /// The addresses from which `sender` sends and answers; `None` without parameter groups of J1939, which may come in parts.
     pub(crate) fn addresses(&self, sender: Sender) -> Option<BTreeSet<u8>> {
-        if !self.messages.iter().any(Message::is_in_parts) {
+        if self.messages.iter().all(|message| message.group.is_none()) {
             return None;
         }
         let sent = self.messages.iter().filter(|message| message.sender == sender);

@@ -86,6 +86,14 @@ impl Signal {
         Err((format!("`{}` has no value `{name}`", self.name), help))
     }
 
+    /// Whether all of its bits are in the first `bytes` bytes of its message.
+    pub(super) fn is_within(&self, bytes: usize) -> bool {
+        match self.storage {
+            Storage::Bits { field, .. } => *field.bytes().end() < bytes,
+            Storage::Printed { .. } => true,
+        }
+    }
+
     /// The value of one count, in its unit; zero for floating-point numbers.
     pub fn resolution(&self) -> f64 {
         let step = match self.storage {

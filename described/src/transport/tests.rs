@@ -236,3 +236,92 @@ proptest! {
         prop_assert_eq!(transport.next_wakeup(), Timestamp::MAX);
     }
 }
+
+/// A listener to an engine whose fault codes have `bytes` in the DBC.
+fn listener(bytes: usize) -> Decoder {
+    let dbc = format!(
+        "BU_: Engine Display\nBO_ 2566834942 Dm1: {bytes} Engine\n SG_ Lamp : 0|8@1+ (1,0) [0|255] \"\" Display\n \
+         SG_ Spn : 16|16@1+ (1,0) [0|65535] \"\" Display\n{}\n{}",
+        if bytes > 8 { " SG_ Last : 72|8@1+ (1,0) [0|255] \"\" Display" } else { "" },
+        &DBC[DBC.find("BA_DEF_").unwrap()..]
+    );
+    Layout::from_dbc("engine.dbc", &dbc, "Engine").unwrap().decoder()
+}
+
+/// What it hears of these frames of the engine, each so many ms after the one before, and what it counts as damage or as a
+/// group of nobody.
+fn heard(bytes: usize, frames: &[(i64, u32, &[u8])]) -> (Vec<Vec<Option<f64>>>, u64, u64) {
+    let mut ear = listener(bytes);
+    let (mut now, mut messages, mut foreign) = (Timestamp::ZERO, Vec::new(), 0);
+    for (ms, id, data) in frames {
+        now += Span::from_millis(*ms);
+        let mut padded = [0xFF; 8];
+        padded[..data.len()].copy_from_slice(data);
+        let frame = CanFrame::full(wire::can::ExtendedId::new(*id).unwrap(), padded);
+        assert!(ear.takes(frame.id()) || *id == 0x18FE_EE00);
+        messages.extend(ear.at(now).frame(&frame).map(|decoded| decoded.values.to_vec()));
+        foreign += u64::from(ear.foreign().is_some());
+    }
+    (messages, ear.damaged(), foreign)
+}
+
+const SINGLE: u32 = 0x18FE_CA00;
+const BEGIN: u32 = 0x1CEC_FF00;
+const PACKET: u32 = 0x1CEB_FF00;
+/// The announcement of ten bytes of DM1: two fault codes.
+const TEN: &[u8] = &[32, 10, 0, 2, 255, 0xCA, 0xFE, 0];
+
+/// Found by a user: a red lamp that came in packets, because there were two faults, was never seen.
+#[test]
+fn a_group_of_eight_bytes_may_come_in_packets_and_a_longer_one_in_a_frame() {
+    let first: &[u8] = &[1, 16, 0xFF, 0x34, 0x12];
+    let second: &[u8] = &[2, 7, 8, 9];
+    let in_parts = [(0, BEGIN, TEN), (50, PACKET, first), (50, PACKET, second)];
+    let alone = [(0, SINGLE, &[16, 0xFF, 0x34, 0x12][..])];
+    assert_eq!(heard(8, &in_parts), (vec![vec![Some(16.0), Some(4660.0)]], 0, 0));
+    assert_eq!(heard(10, &in_parts), (vec![vec![Some(16.0), Some(4660.0), Some(9.0)]], 0, 0));
+    assert_eq!(heard(14, &in_parts), (vec![vec![Some(16.0), Some(4660.0), Some(9.0)]], 0, 0));
+    assert_eq!(heard(8, &alone), (vec![vec![Some(16.0), Some(4660.0)]], 0, 0));
+    assert_eq!(heard(14, &alone), (vec![vec![Some(16.0), Some(4660.0), None]], 0, 0));
+}
+
+/// Found by a user: none of these was counted.
+#[test]
+fn messages_that_do_not_become_whole_are_counted_once() {
+    let (one, two): (&[u8], &[u8]) = (&[1, 16], &[2, 7]);
+    let begin = (1_000, BEGIN, TEN);
+    let bad: &[u8] = &[32, 14, 0, 3, 255, 0xCA, 0xFE, 0];
+    let other: &[u8] = &[32, 10, 0, 2, 255, 0xDA, 0xFE, 0];
+    for (what, frames, whole, damaged, foreign) in [
+        ("whole", vec![begin, (50, PACKET, one), (50, PACKET, two)], 1, 0, 0),
+        ("again and again", [begin, (50, PACKET, one), (50, PACKET, two)].repeat(3), 3, 0, 0),
+        (
+            "the last is missing",
+            vec![begin, (50, PACKET, one), begin, (50, PACKET, one), (50, PACKET, two)],
+            1,
+            1,
+            0,
+        ),
+        ("both are missing", vec![begin, begin, (50, PACKET, one), (50, PACKET, two)], 1, 1, 0),
+        ("nothing follows", vec![begin, (50, PACKET, one), (1_000, SINGLE, one)], 1, 1, 0),
+        ("the first is missing", vec![begin, (50, PACKET, two)], 0, 1, 0),
+        ("no announcement", vec![(0, PACKET, one), (50, PACKET, two)], 0, 2, 0),
+        ("3 packets for 14 bytes", vec![(0, BEGIN, bad)], 0, 1, 0),
+        ("too late", vec![begin, (50, PACKET, one), (751, PACKET, two)], 0, 1, 0),
+        ("just in time", vec![begin, (50, PACKET, one), (750, PACKET, two)], 1, 0, 0),
+        ("another group", vec![(0, BEGIN, other), (50, PACKET, one), (50, PACKET, two)], 0, 0, 1),
+        ("doubled", vec![begin, (50, PACKET, one), (0, PACKET, one), (50, PACKET, two)], 1, 0, 0),
+    ] {
+        let (messages, counted, of_nobody) = heard(8, &frames);
+        assert_eq!((messages.len(), counted, of_nobody), (whole, damaged, foreign), "{what}");
+    }
+}
+
+#[test]
+fn bits_without_a_signal_are_ones() {
+    let layout = layout("Engine");
+    let speed = layout.find("Speed").unwrap();
+    let encoded = layout.encode(speed, &[1_000.0]).unwrap();
+    let wire::device::Transmit::Frame(frame) = encoded else { panic!("a frame") };
+    assert_eq!(frame.data(), [0xFF, 0xFF, 0xFF, 0x40, 0x1F, 0xFF, 0xFF, 0xFF]);
+}

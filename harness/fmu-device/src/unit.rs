@@ -211,7 +211,7 @@ impl Unit {
                 match what {
                     Transmit::Frame(frame) => {
                         host.receive(*now, &frame);
-                        decoder.frame(&frame).into_iter().for_each(&mut keep);
+                        decoder.at(*now).frame(&frame).into_iter().for_each(&mut keep);
                     }
                     Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut keep),
                 }

@@ -56,7 +56,7 @@ impl Ear {
                 self.decoder.overhear(bytes);
             }
             RecordKind::Frame(frame) if is_its || (is_forged && is_beside()) => {
-                self.decoder.frame(frame).into_iter().for_each(each);
+                self.decoder.at(record.at).frame(frame).into_iter().for_each(each);
             }
             _ => {}
         }

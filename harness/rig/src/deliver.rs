@@ -71,7 +71,7 @@ impl Simulation {
             }
         }
         rig.hand_over(now, line, from, what, |node| touched.node(node));
-        let unexpected = rig.read((line, from), what, |speaker, decoded| {
+        let unexpected = rig.read(now, (line, from), what, |speaker, decoded| {
             director.engine.message(now, speaker, &decoded);
             touched.0 |= Touched::PLAN;
             see(watch, now, &Seen::Message { speaker, decoded });

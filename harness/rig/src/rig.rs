@@ -119,6 +119,7 @@ impl Rig {
     #[inline]
     pub fn read(
         &mut self,
+        now: Timestamp,
         (line, from): (usize, EndId),
         what: &Transmit,
         mut take: impl FnMut(usize, Decoded<'_>),
@@ -146,9 +147,13 @@ impl Rig {
             };
             match what {
                 Transmit::Frame(frame) => {
-                    let decoded = decoder.frame(frame);
+                    let decoded = decoder.at(now).frame(frame);
                     is_known |= decoded.is_some();
                     decoded.into_iter().for_each(take);
+                    if let Some(id) = decoder.foreign() {
+                        oddities.unexpected.count(id);
+                        odd += 1;
+                    }
                 }
                 Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut take),
             }

@@ -196,7 +196,7 @@ impl LiveWorld {
         if !is_recorded {
             return;
         }
-        let unexpected = rig.read((line, from), what, |speaker, decoded| {
+        let unexpected = rig.read(now, (line, from), what, |speaker, decoded| {
             director.engine.message(now, speaker, &decoded);
             if let Some(eyes) = eyes {
                 eyes.see(now, &Seen::Message { speaker, decoded });
