@@ -14,6 +14,7 @@ mod prepared;
 mod recorded;
 mod recorded_properties;
 mod rig_of;
+mod unheard;
 
 pub use again::{IMPORTED, JudgedAgain, judge_again, unfinished};
 #[cfg(feature = "live")]

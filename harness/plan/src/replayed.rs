@@ -3,8 +3,8 @@
 use crate::identifiers::Identifiers;
 use crate::rig::{NodePart, Replayed, Rig, RigLine, RigNode};
 use crate::speakers::Speaker;
-use described::{IsoTp, Layout, Medium, Sender};
-use std::collections::BTreeSet;
+use described::{Decoder, IsoTp, Layout, Medium, Sender};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use wire::can::Id;
 use wire::device::Transmit;
@@ -31,8 +31,15 @@ pub(crate) enum Words<'a> {
     /// The messages of this sender in the layout, and these identifiers. On a serial line, where bytes name no sender, a log
     /// was written by who talks to the device: all is the device's that it does not say to have been sent.
     Of(&'a Layout, Sender, &'a [Id]),
+    /// These entries of the log.
+    These(&'a BTreeSet<usize>),
     /// No traffic.
     None,
+}
+
+/// The note on a serial line of which a log holds nothing.
+pub fn of_unheard(line: &str) -> String {
+    format!("the log holds nothing of the serial line {line}")
 }
 
 /// The channel of a log that is stated for a line.
@@ -99,11 +106,11 @@ fn said_on<'a>(
 ) -> impl Iterator<Item = (Span, Transmit)> + 'a {
     let of_node = match words {
         Words::Of(layout, sender, _) => Some(layout.decoder_for(sender)),
-        Words::All | Words::None => None,
+        Words::All | Words::None | Words::These(_) => None,
     };
-    let is_any = !matches!(words, Words::None);
+    let is_any = matches!(words, Words::All);
     let more = if let Words::Of(_, _, more) = words { more } else { &[] };
-    let is_said = move |one: &Logged| match (&one.what, &of_node) {
+    let is_said = move |place: usize, one: &Logged| match (&one.what, &of_node) {
         (Transmit::Frame(frame), Some(of_node)) => {
             of_node.takes(frame.id()) || more.contains(&frame.id())
         }
@@ -111,10 +118,10 @@ fn said_on<'a>(
             let is_of_device = of_node.sender() == Some(Sender::Device);
             one.sent.unwrap_or(false) != is_of_device
         }
-        (_, None) => is_any,
+        (_, None) => is_any || matches!(words, Words::These(these) if these.contains(&place)),
     };
-    let of_channel = log.iter().filter(move |one| &*one.channel == channel);
-    of_channel.filter(move |one| is_said(one)).map(|one| (one.at, one.what))
+    let of_channel = log.iter().enumerate().filter(move |(_, one)| &*one.channel == channel);
+    of_channel.filter(move |(place, one)| is_said(*place, one)).map(|(_, one)| (one.at, one.what))
 }
 
 /// The identifiers of diagnostic requests on each line.
@@ -140,6 +147,54 @@ fn words_of<'a>(
     }
 }
 
+/// The entries of a log that each of several devices on one serial line said.
+type Shares = BTreeMap<String, BTreeSet<usize>>;
+
+/// The devices on this line.
+fn devices_on(speakers: &[Speaker], line: usize) -> Vec<&Speaker> {
+    let on_line = speakers.iter().filter(|one| one.line == line);
+    on_line.filter(|one| one.sender == Sender::Device).collect()
+}
+
+/// Divides what several `devices` said on one serial line, of which a log knows only that it is no request. An answer is that of
+/// the device in whose file it is, and of several with the same one that of the device that was asked last. What is no answer
+/// goes with the one that follows it, or to the device that was asked.
+fn shares(log: &[Logged], channel: &str, devices: &[&Speaker]) -> Shares {
+    let decoders = |sender| devices.iter().map(move |one| one.layout.decoder_for(sender));
+    let mut requests: Vec<_> = decoders(Sender::Host).collect();
+    let mut answers: Vec<_> = decoders(Sender::Device).collect();
+    let mut shares = vec![BTreeSet::new(); devices.len()];
+    let (mut asked, mut waiting) = (Vec::new(), BTreeSet::new());
+    for (place, one) in log.iter().enumerate().filter(|(_, one)| &*one.channel == channel) {
+        let Transmit::Bytes(packet) = &one.what else { continue };
+        let bytes = packet.as_slice();
+        if one.sent == Some(true) {
+            shares[asked.first().copied().unwrap_or(0)].append(&mut waiting);
+            let is_asked = |requests: &mut Decoder| {
+                let mut is_asked = false;
+                requests.bytes(bytes, &mut |_| is_asked = true);
+                is_asked
+            };
+            let now: Vec<usize> =
+                (0..devices.len()).filter(|device| is_asked(&mut requests[*device])).collect();
+            asked = if now.is_empty() { asked } else { now };
+            answers.iter_mut().for_each(|one| one.overhear(bytes));
+            continue;
+        }
+        waiting.insert(place);
+        let mut said = Vec::new();
+        for (device, answers) in answers.iter_mut().enumerate() {
+            answers.bytes(bytes, &mut |_| said.push(device));
+        }
+        if let Some(first) = said.first() {
+            let whose = said.iter().find(|device| asked.contains(device)).unwrap_or(first);
+            shares[*whose].append(&mut waiting);
+        }
+    }
+    shares[asked.first().copied().unwrap_or(0)].append(&mut waiting);
+    devices.iter().map(|one| one.node.clone()).zip(shares).collect()
+}
+
 impl Rig {
     /// Whether a node sends on a serial line what the device there receives.
     pub fn is_host(&self, node: &RigNode, line: usize) -> bool {
@@ -161,6 +216,7 @@ impl Rig {
         log: &[Logged],
         named: Named<'_>,
     ) -> Result<Self, (String, Vec<String>)> {
+        let of_robot = self.robot_lines();
         let Self { lines, nodes, speakers, notes, foreign, .. } = &mut self;
         let channels = Channels { log, named, lines };
         let has_bytes = log.iter().any(|one| matches!(one.what, Transmit::Bytes(_)));
@@ -168,9 +224,8 @@ impl Rig {
             line.medium != Medium::Can && !has_bytes && named(&line.name).is_none()
         };
         let requests = requests_on(lines, nodes);
-        let note =
-            |line: &RigLine| format!("the log holds nothing of the serial line {}", line.name);
-        notes.extend(lines.iter().filter(|line| is_unheard(line)).map(note));
+        let unheard = lines.iter().filter(|line| is_unheard(line));
+        notes.extend(unheard.map(|line| of_unheard(&line.name)));
         for (place, line) in lines.iter().enumerate().filter(|(_, line)| line.medium == Medium::Can)
         {
             let Ok(channel) = channels.of(line) else { continue };
@@ -201,13 +256,25 @@ impl Rig {
                 ));
             }
         }
+        let shared = lines.iter().enumerate().filter(|(_, line)| line.medium != Medium::Can);
+        let shared: BTreeMap<usize, Shares> = shared
+            .filter_map(|(place, line)| {
+                let devices = devices_on(speakers, of_robot + place);
+                let channel = channels.of(line).ok().filter(|_| devices.len() > 1)?;
+                Some((of_robot + place, shares(log, channel, &devices)))
+            })
+            .collect();
         for node in nodes {
             let is_tester = matches!(node.part, NodePart::Tester(..));
             let words = |line: &usize| {
                 let declared = lines.get(*line).filter(|line| !is_unheard(line))?;
                 let words = words_of(speakers, node, *line);
                 let more = requests.get(*line).filter(|_| is_tester).map_or(&[][..], Vec::as_slice);
-                let words = words.map(|(layout, sender)| Words::Of(layout, sender, more));
+                let share = shared.get(line).and_then(|shares| shares.get(&node.name));
+                let words = match share {
+                    Some(share) => Some(Words::These(share)),
+                    None => words.map(|(layout, sender)| Words::Of(layout, sender, more)),
+                };
                 Some((declared, words.unwrap_or(Words::None)))
             };
             let said = channels.part(node.lines.iter().map(words))?;

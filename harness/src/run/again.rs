@@ -25,6 +25,7 @@ use super::header;
 use super::keep::{breach, worsen};
 use super::recorded::plan_of;
 use super::recorded_properties::Replayed;
+use super::unheard::Unheard;
 use crate::checks::judge_all;
 use crate::observation::Observations;
 use crate::outcome::{Outcome, PropertySummary, Summary, Verdict};
@@ -91,6 +92,10 @@ pub fn judge_again(
     if name_absent(plan, of_run.as_ref(), recorded, &mut measurements) {
         judged = Outcome::Failed;
     }
+    let unheard = Unheard::of(rig, summary.as_ref().filter(|summary| summary.clock == IMPORTED));
+    if unheard.unset(plan, &mut measurements) {
+        judged = Outcome::Failed;
+    }
     // What the bench could not give, its record does not hold.
     let before = summary.iter().flat_map(|summary| &summary.measurements);
     if let Some(known) = before.into_iter().find(|one| one.verdict == Verdict::NotJudged) {
@@ -112,12 +117,13 @@ pub fn judge_again(
     }
     let real = summary.clock == "real";
     let before = &stated_alike(plan, of_run.as_ref(), &summary.properties);
-    let (properties, kept) = match replayed {
+    let (mut properties, mut kept) = match replayed {
         // An imported bus log holds no reports of the controller.
         Some(_) if summary.clock == IMPORTED && limits.is_some() => (before.clone(), Vec::new()),
         Some(replayed) => replayed.judge(&plan.properties, limits.as_ref(), real, before),
         None => Default::default(),
     };
+    kept.extend(unheard.unjudged(plan, &mut properties));
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
     summary.notes.retain(|note| !note.starts_with(JUDGED_BY));
     summary.notes.extend(judged_by(plan, of_run.as_ref()));

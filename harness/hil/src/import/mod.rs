@@ -33,10 +33,11 @@ pub use unjudged::{FORMED, why_not};
 use bus_log::{Channel, Entry, LogError, Payload};
 use harness::operator::Answers;
 use harness::run::{IMPORTED, header, unfinished, write_documents};
-use harness::run::{Options, Prepared, logged, run_to_folder};
+use harness::run::{Options, Prepared, judge_again, logged, run_to_folder};
 use harness::stopwatch::Stopwatch;
 use judge::checks::judge_all;
-use plan::replayed::{Logged, Named};
+use plan::replayed::{Logged, Named, of_unheard};
+use plan::rig::RigLine;
 use plan::{Plan, Step};
 use record::figures;
 use record::outcome::{Outcome, Summary};
@@ -164,7 +165,8 @@ pub fn import_rig_to_folder(
 ) -> Result<Summary, ImportError> {
     let watch = Stopwatch::start();
     let (log, notes) = kept(entries, from_first, ENTRIES_MAX)?;
-    let rig = prepared.rig.clone().replayed_by(&log, named);
+    let of_bench = &prepared.rig;
+    let rig = of_bench.clone().replayed_by(&log, named);
     let rig = rig.map_err(|(line, known)| {
         let known = known.join(", ");
         match named(&line).map(str::to_owned) {
@@ -197,7 +199,13 @@ pub fn import_rig_to_folder(
     // Nothing is known of what came after the log.
     summary.simulated_s = summary.simulated_s.min(lasted(&log).as_secs_f64());
     summary.wall_s = watch.elapsed_s();
-    write_documents(&RunFolder::open(out)?, &summary, &prepared.header(seed))?;
+    let (folder, header) = (RunFolder::open(out)?, prepared.header(seed));
+    let is_unheard = |line: &RigLine| summary.notes.contains(&of_unheard(&line.name));
+    if of_bench.lines.iter().any(is_unheard) {
+        let (plan, records) = (&prepared.plan, folder.records()?);
+        summary = judge_again(plan, of_bench, Some(summary), &header, records).summary;
+    }
+    write_documents(&folder, &summary, &header)?;
     Ok(summary)
 }
 

@@ -34,6 +34,7 @@ mod report;
 mod reruns;
 #[cfg(target_os = "linux")]
 mod several_buses;
+mod shared_line;
 mod silent_controller;
 mod small_bus;
 mod watch;
