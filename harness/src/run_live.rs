@@ -127,7 +127,13 @@ impl LiveSetting<'_> {
                 None => usual_port(line.medium, &self.can),
             };
             carried(&spec, line)?;
-            sites.push(LineSite { line: place, spec });
+            let mut beyond = Vec::new();
+            let away: Vec<&str> = rig.away_at(place).collect();
+            if away.len() > 1 && matches!(spec, PortSpec::Can { .. } | PortSpec::Slcan { .. }) {
+                beyond.push(line.name.clone());
+                beyond.extend(away.into_iter().map(str::to_owned));
+            }
+            sites.push(LineSite { line: place, spec, beyond });
         }
         Ok(sites)
     }

@@ -197,7 +197,7 @@ pub fn emulated(declared: &Declared, ports: &[(String, PortSpec)], seed: u64) ->
     }
     let site = |(name, spec): &(String, PortSpec)| {
         let line = declared.lines.iter().position(|line| line.name == *name)?;
-        Some(LineSite { line, spec: spec.clone() })
+        Some(LineSite { line, spec: spec.clone(), beyond: Vec::new() })
     };
     let sites: Vec<LineSite> = ports.iter().filter_map(site).collect();
     let plans = at_ports(&mut rig, declared, &sites);
@@ -206,7 +206,7 @@ pub fn emulated(declared: &Declared, ports: &[(String, PortSpec)], seed: u64) ->
 
 fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans {
     let mut plans = PortPlans::default();
-    for LineSite { line: place, spec } in sites {
+    for LineSite { line: place, spec, .. } in sites {
         let line = &(declared.robot_lines() + place);
         let is_away = |end: &End| rig.nodes[end.node].is_away();
         let end_place = rig.lines[*line].ends().iter().position(is_away);

@@ -132,7 +132,12 @@ impl LiveWorld {
     ) -> Self {
         let faults = Faults::of(&director.engine.plan().faults, seed, &mut rig);
         let config = rig.robot().map(|robot| robot.bench.controller_config());
-        let lateness = Lateness::new(setting.late_max);
+        let mut lateness = Lateness::new(setting.late_max);
+        // A reaction begins in any step.
+        let measured = &director.engine.plan().measurements;
+        if measured.iter().any(|declared| declared.quantity.reaction().is_some()) {
+            lateness.judge_throughout();
+        }
         Self {
             rig,
             director,
@@ -283,7 +288,9 @@ impl LiveWorld {
             };
             let then = clock.now();
             if then >= due {
-                self.lateness.add(then, then - due.max(now));
+                let late = then - due.max(now);
+                self.lateness.add(then, late);
+                self.director.engine.heard_late(then, late);
             }
             match awaited {
                 Awaited::Due => {}

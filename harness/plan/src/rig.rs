@@ -363,10 +363,16 @@ impl Rig {
 
     /// Whether a node on this line, an index into the lines that are not the robot's, runs outside this process.
     pub fn is_away(&self, line: usize) -> bool {
+        self.away_at(line).next().is_some()
+    }
+
+    /// The nodes on this line that run outside this process.
+    pub fn away_at(&self, line: usize) -> impl Iterator<Item = &str> {
         let line = self.robot_lines() + line;
-        self.under_test().any(|(node, how)| {
+        let is_away = move |(node, how): &(&RigNode, &UnderTest)| {
             node.lines.contains(&line) && !matches!(how, UnderTest::InProcess(_))
-        })
+        };
+        self.under_test().filter(is_away).map(|(node, _)| node.name.as_str())
     }
 
     /// The nodes under test, except the paper's controller.

@@ -1,15 +1,15 @@
 //! A line between nodes: a serial line between two, one that several share (RS-485), or a CAN bus.
 
+mod struck;
+
 pub use crate::link::EndId;
 
-use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering, collide};
+use crate::link::{CanBus, SerialLine, StateChange, Tampering, collide};
 use described::{Layout, Message, Sender};
-use plan::faults::{Chance, Chances};
-use plan::faults::{FaultKind, Toward};
 use record::Device;
 use std::collections::VecDeque;
 use std::sync::Arc;
-use wire::can::{BitRates, Id};
+use wire::can::{BitRates, CanFrame};
 use wire::device::{PortId, Transmit};
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
@@ -44,6 +44,8 @@ pub struct Line {
     ends: Vec<End>,
     /// Whether its traffic is recorded and decoded.
     is_recorded: bool,
+    /// Frames that have had their time on the bus at a port.
+    carried: VecDeque<(EndId, CanFrame)>,
     /// Items expected on a direct line.
     expected: usize,
     dropped: u64,
@@ -91,6 +93,7 @@ impl Line {
             tampering: Tampering::default(),
             ends,
             is_recorded: true,
+            carried: VecDeque::new(),
             expected: 0,
             dropped: 0,
             collisions: 0,
@@ -172,6 +175,7 @@ impl Line {
     #[inline]
     fn look_ahead(&mut self) {
         self.next_arrival = match &self.wire {
+            _ if !self.carried.is_empty() => Timestamp::ZERO,
             Wire::Serial(ways) => {
                 ways.iter().map(SerialLine::next_arrival).min().unwrap_or(Timestamp::MAX)
             }
@@ -205,6 +209,18 @@ impl Line {
         self.look_ahead();
     }
 
+    /// Takes a frame of `from` that had its time on a bus outside: it arrives at once. While a fault strikes the bus here, it is
+    /// sent once more, for the fault to strike it.
+    pub fn carried(&mut self, now: Timestamp, from: EndId, frame: CanFrame) {
+        match &self.wire {
+            Wire::Can(bus) if !bus.is_struck() && self.tampering.is_empty() => {
+                self.carried.push_back((from, frame));
+                self.look_ahead();
+            }
+            _ => self.send(now, from, Transmit::Frame(frame)),
+        }
+    }
+
     /// Shortcut for a packet that the end sends at `at` and that takes until `now`: it need not be put on the line and
     /// taken off again. Returns `false`, with nothing done, if the line is busy or faulty.
     #[inline]
@@ -219,6 +235,12 @@ impl Line {
     pub fn arrived(&mut self, now: Timestamp) -> Option<(EndId, Transmit)> {
         if self.next_arrival > now {
             return None;
+        }
+        if let Some((from, frame)) = self.carried.pop_front() {
+            let what = Transmit::Frame(frame);
+            self.lose(from, &what);
+            self.look_ahead();
+            return Some((from, what));
         }
         let arrived = match &mut self.wire {
             Wire::Serial(ways) => {
@@ -289,109 +311,5 @@ impl Line {
             Wire::Serial(_) | Wire::Direct(_) => None,
             Wire::Can(bus) => bus.state_change().map(|change| (self.struck_last, change)),
         }
-    }
-
-    /// Begins a fault of the line: it strikes what the device at the end `of` sends, what the others send to it, or
-    /// both. Each direction has its own random numbers. On a bus, with an identifier, it strikes only frames with that
-    /// identifier.
-    pub fn begin_fault(
-        &mut self,
-        now: Timestamp,
-        (number, kind): (usize, &FaultKind),
-        (of, toward, only): (EndId, Toward, Option<Id>),
-        chances: &Chances,
-    ) {
-        self.struck_last = number;
-        // Of the paper's base, each frame is judged by whether it came through.
-        let is_of_base = |end: &End| matches!(end.who, Device::Base | Device::Controller);
-        let is_of_rig = !self.ends.iter().any(is_of_base);
-        let is_shared = is_of_rig && self.ends.len() > 2;
-        match &mut self.wire {
-            Wire::Can(bus) => {
-                let ends: Vec<EndId> = (0..self.ends.len()).map(EndId::of).collect();
-                let mut strike = |name: &str, from, at| {
-                    let fault = (number, kind, chances.of(name));
-                    bus.begin_fault(now, fault, (from, at, only), &ends);
-                };
-                let of_bus = kind.makes_frames();
-                if of_bus {
-                    strike("bus", None, None);
-                }
-                if toward != Toward::Device && !of_bus {
-                    strike("to host", Some(of), None);
-                }
-                let loses = matches!(
-                    kind,
-                    FaultKind::Drop { .. }
-                        | FaultKind::BurstLoss { .. }
-                        | FaultKind::Disconnect { .. }
-                );
-                if toward != Toward::Host && loses && is_of_rig && of.place() < ends.len() {
-                    // What it loses was on the bus: others hear it, and it is judged.
-                    strike("to device", None, Some(of));
-                } else if toward != Toward::Host && !of_bus {
-                    let others = ends.iter().filter(|end| **end != of);
-                    for (count, other) in others.enumerate() {
-                        strike(&to_device(count), Some(*other), None);
-                    }
-                }
-            }
-            Wire::Serial(ways) => {
-                let is_plug = is_shared && matches!(kind, FaultKind::Disconnect { .. });
-                let is_alone = is_plug && of.place() < ways.len();
-                if is_alone && toward != Toward::Host {
-                    self.unplugged.push((number, of));
-                }
-                let mut others = 0;
-                for (place, way) in ways.iter_mut().enumerate() {
-                    let is_its = EndId::of(place) == of;
-                    let (direction, name) = match is_its {
-                        true => (Toward::Host, "to host".to_owned()),
-                        false => (Toward::Device, to_device(others)),
-                    };
-                    others += usize::from(!is_its);
-                    let is_struck = toward == Toward::Both || toward == direction;
-                    if is_struck && (is_its || !is_alone) {
-                        way.begin_fault(now, number, kind, chances.of(&name));
-                    }
-                }
-            }
-            Wire::Direct(_) => {}
-        }
-        self.look_ahead();
-    }
-
-    /// Begins a fault that changes a message of the device at that end before it is on the line.
-    pub(crate) fn tamper(
-        &mut self,
-        fault: (usize, &FaultKind, Chance),
-        from: EndId,
-        struck: Struck,
-    ) {
-        self.struck_last = fault.0;
-        self.tampering.begin(fault, from, struck);
-    }
-
-    /// Ends the fault of this number; returns how often it acted.
-    pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
-        let tampered = self.tampering.end(number);
-        let plugs = self.unplugged.len();
-        self.unplugged.retain(|(by, _)| *by != number);
-        let plugged = (plugs - self.unplugged.len()) as u64;
-        let acted = match &mut self.wire {
-            Wire::Can(bus) => bus.end_fault(now, number),
-            Wire::Serial(ways) => ways.iter_mut().map(|way| way.end_fault(number)).sum(),
-            Wire::Direct(_) => 0,
-        };
-        self.look_ahead();
-        tampered + plugged + acted
-    }
-}
-
-/// The name of the random numbers of what this one of the other ends sends.
-fn to_device(count: usize) -> String {
-    match count {
-        0 => "to device".to_owned(),
-        more => format!("to device {more}"),
     }
 }

@@ -289,7 +289,7 @@ impl Prepared {
             (Site::Device(Player::Emulated(spec)), _, Some(device))
                 if device.layout().medium() == Medium::Can =>
             {
-                let site = LineSite { line: 0, spec: spec.clone() };
+                let site = LineSite { line: 0, spec: spec.clone(), beyond: Vec::new() };
                 (live::at_ports::rig(&self.rig, &[site], &self.own, seed), RealRoles::default())
             }
             (Site::Device(player), _, Some(device)) => {

@@ -17,6 +17,7 @@ use super::attempts::Attempts;
 use super::error::{PortError, PortLost};
 use super::spec::SerialSpec;
 use marks::{Heard, Marks};
+use open::Before;
 use tokio::io::AsyncReadExt as _;
 use tokio_serial::SerialStream;
 use wire::packet::Packet;
@@ -40,6 +41,7 @@ pub struct SerialPort {
     settings: SerialSettings,
     line: Result<SerialStream, PortLost>,
     marks: Marks,
+    before: Option<Before>,
     /// Bytes read but not passed on yet: `buffer[next..end]`.
     buffer: Box<[u8; READ_BYTES]>,
     next: usize,
@@ -56,12 +58,13 @@ impl SerialPort {
     /// If there is no such port, permission is missing, it is in use, or it rejects its settings.
     pub fn open(spec: &SerialSpec, usual: SerialSettings) -> Result<Self, PortError> {
         let settings = spec.options.settings(usual);
-        let (stream, marks) = open::open(spec, settings)?;
+        let (stream, marks, before) = open::open(spec, settings)?;
         Ok(Self {
             spec: spec.clone(),
             settings,
             line: Ok(stream),
             marks,
+            before,
             buffer: Box::new([0; READ_BYTES]),
             next: 0,
             end: 0,
@@ -83,12 +86,18 @@ impl SerialPort {
         loop {
             while let Some(heard) = self.decode() {
                 match heard {
-                    Heard::Bytes(packet) => return Ok(SerialEvent::Bytes(packet)),
+                    Heard::Bytes(packet) => {
+                        self.counters.bytes_in += packet.as_slice().len() as u64;
+                        return Ok(SerialEvent::Bytes(packet));
+                    }
                     Heard::Break => {
                         self.counters.breaks += 1;
                         return Ok(SerialEvent::Break);
                     }
-                    Heard::LineError => self.counters.line_errors += 1,
+                    Heard::LineError => {
+                        self.counters.bytes_in += 1;
+                        self.counters.line_errors += 1;
+                    }
                 }
             }
             let stream = self.line.as_mut().map_err(|lost| *lost)?;
@@ -97,13 +106,12 @@ impl SerialPort {
                 Ok(0) => PortLost::HungUp,
                 Ok(count) => {
                     (self.next, self.end) = (0, count);
-                    self.counters.bytes_in += count as u64;
                     continue;
                 }
                 Err(cause) => PortLost::from_tty(&cause),
             };
             // Closed, so that the device can get its name again when it returns.
-            self.line = Err(lost);
+            (self.line, self.before) = (Err(lost), None);
         }
     }
 
@@ -140,12 +148,12 @@ impl SerialPort {
     /// If the port stayed away for too long; the next call waits as long again.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         if self.line.is_ok() {
-            self.line = Err(PortLost::HungUp);
+            (self.line, self.before) = (Err(PortLost::HungUp), None);
         }
         let open = || open::open(&self.spec, self.settings);
         let given_up = |last| PortError::given_up(&self.spec.device.to_string(), last);
-        let (stream, marks) = self.attempts.reopen(open).await.map_err(given_up)?;
-        (self.line, self.marks) = (Ok(stream), marks);
+        let (stream, marks, before) = self.attempts.reopen(open).await.map_err(given_up)?;
+        (self.line, self.marks, self.before) = (Ok(stream), marks, before);
         (self.next, self.end) = (0, 0);
         self.counters.returns += 1;
         Ok(())

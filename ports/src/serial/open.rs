@@ -15,21 +15,48 @@ use tokio_serial::{
 };
 use wire::serial::{Parity, SerialSettings};
 
-/// The open port, and the parser of the marks in its stream.
+/// How a port treated errors of the line before it was opened, which it gets back when this is dropped: a tty keeps its settings,
+/// and the next program reads marks as data. Only if this process is killed, they stay.
+#[derive(Debug)]
+pub(super) struct Before {
+    terminal: OwnedFd,
+    modes: InputModes,
+}
+
+/// Input modes that decide what a program reads of errors and breaks.
+const MARKING: InputModes = InputModes::PARMRK.union(InputModes::INPCK);
+const HIDING: InputModes = InputModes::IGNPAR
+    .union(InputModes::IGNBRK)
+    .union(InputModes::BRKINT)
+    .union(InputModes::ISTRIP);
+
+impl Drop for Before {
+    fn drop(&mut self) {
+        // A port that is gone has no settings.
+        let Ok(mut termios) = tcgetattr(&self.terminal) else { return };
+        let ours = MARKING.union(HIDING);
+        termios.input_modes.remove(ours);
+        termios.input_modes.insert(self.modes.intersection(ours));
+        let _ = tcsetattr(&self.terminal, OptionalActions::Now, &termios);
+    }
+}
+
+/// The open port, the parser of the marks in its stream, and the settings before, unless the port is shared.
 pub(super) fn open(
     spec: &SerialSpec,
     settings: SerialSettings,
-) -> Result<(SerialStream, Marks), PortError> {
+) -> Result<(SerialStream, Marks, Option<Before>), PortError> {
     let path = match &spec.device {
         SerialDevice::Path(path) => path.clone(),
         SerialDevice::Usb(id) => usb::find(id, &usb::adapters())?,
     };
     let failed = |cause: io::Error| error(&path, settings, cause);
     // `serialport` gives no descriptor for the functions it lacks. This second one is opened before the first claims
-    // the port, and closed at once: settings belong to the port, not to the descriptor.
+    // the port: settings belong to the port, not to the descriptor.
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let terminal =
         rustix::fs::open(&path, flags, Mode::empty()).map_err(|cause| failed(cause.into()))?;
+    let before = tcgetattr(&terminal).map_err(|cause| failed(cause.into()))?;
     let sharing = spec.options.sharing.unwrap_or_default();
     let builder = builder(&path, settings, spec.options.flow.unwrap_or_default())
         .exclusive(sharing == Sharing::Exclusive);
@@ -37,16 +64,17 @@ pub(super) fn open(
         ErrorKind::NoDevice => PortError::Busy { port: path.clone() },
         _ => failed(cause.into()),
     })?;
-    let marks = match sharing {
+    let (marks, before) = match sharing {
         Sharing::Exclusive => {
-            mark_errors(&terminal).map_err(|cause| failed(cause.into()))?;
-            Marks::new()
+            let before = Before { terminal, modes: before.input_modes };
+            mark_errors(&before.terminal).map_err(|cause| failed(cause.into()))?;
+            (Marks::new(), Some(before))
         }
         // Other programs may change the settings at any time, and marks would then be taken for data.
-        Sharing::Shared => Marks::absent(),
+        Sharing::Shared => (Marks::absent(), None),
     };
     stream.clear(ClearBuffer::Input).map_err(|cause| failed(cause.into()))?;
-    Ok((stream, marks))
+    Ok((stream, marks, before))
 }
 
 fn builder(path: &str, settings: SerialSettings, flow: Flow) -> SerialPortBuilder {
@@ -73,10 +101,8 @@ fn builder(path: &str, settings: SerialSettings, flow: Flow) -> SerialPortBuilde
 /// Makes the terminal mark errors in the stream (termios(3), `PARMRK`).
 fn mark_errors(terminal: &OwnedFd) -> Result<(), Errno> {
     let mut termios = tcgetattr(terminal)?;
-    termios.input_modes.insert(InputModes::PARMRK | InputModes::INPCK);
-    termios
-        .input_modes
-        .remove(InputModes::IGNPAR | InputModes::IGNBRK | InputModes::BRKINT | InputModes::ISTRIP);
+    termios.input_modes.insert(MARKING);
+    termios.input_modes.remove(HIDING);
     tcsetattr(terminal, OptionalActions::Now, &termios)
 }
 

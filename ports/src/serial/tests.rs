@@ -80,10 +80,16 @@ fn settings_reach_the_terminal() {
         assert!(modes.contains(ControlModes::CSTOPB | ControlModes::CRTSCTS), "{modes:?}");
         drop(port);
 
-        let _port = opened(&format!("{}?flow=software", far.path()));
+        let before = tcgetattr(&terminal).unwrap().input_modes;
+        let port = opened(&format!("{}?flow=software", far.path()));
         let modes = tcgetattr(&terminal).unwrap().input_modes;
         assert!(modes.contains(InputModes::IXON | InputModes::PARMRK), "{modes:?}");
         assert_eq!(far.baud().unwrap(), 9_600);
+        // Found by a user: the next program read each 0xFF twice.
+        drop(port);
+        let after = tcgetattr(&terminal).unwrap().input_modes;
+        let marks = InputModes::PARMRK | InputModes::INPCK;
+        assert_eq!(after & marks, before & marks);
     });
 }
 

@@ -13,6 +13,8 @@ pub(super) struct Losses {
     pub(super) notes: Vec<String>,
     /// Why the bench did not do what the plan says; `None` if it did.
     pub(super) why: Option<String>,
+    /// Why nobody knows what the devices said, if nothing else explains the end.
+    pub(super) unheard: Option<String>,
 }
 
 impl Losses {
@@ -56,9 +58,16 @@ impl Losses {
                 )
             });
         }
+        if counters.receive_dropped_frames > 0 {
+            let frames = counted(counters.receive_dropped_frames, "frame", "frames");
+            let note = format!("lost at {whose}: {frames} for which there was no time");
+            if of_bench {
+                self.unheard.get_or_insert_with(|| note.clone());
+            }
+            self.note(false, note);
+        }
         for (count, (one, many), how) in [
             (counters.malformed_lines, ("line", "lines"), "that did not follow the SLCAN protocol"),
-            (counters.receive_dropped_frames, ("frame", "frames"), "for which there was no time"),
             (
                 counters.unsupported_frames,
                 ("frame", "frames"),
@@ -121,7 +130,7 @@ mod tests {
             Counters { bytes_in: 9, frames_in: 4, frames_out: 2, breaks: 1, ..Counters::default() };
         for link in [Link::Pty, Link::EmulatedAdapter, Link::Serial, Link::Interface, Link::Adapter]
         {
-            let Losses { notes, why } = losses(PortSide::Bench, link, counters, &[]);
+            let Losses { notes, why, .. } = losses(PortSide::Bench, link, counters, &[]);
             assert_eq!((notes, why), (Vec::new(), None), "{link:?}");
         }
     }
@@ -130,10 +139,10 @@ mod tests {
     #[test]
     fn what_did_not_reach_a_real_device_is_the_fault_of_the_bench() {
         let counters = Counters { bytes_in: 9, frames_out: 5, refused: 2, ..Counters::default() };
-        let Losses { notes, why } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
+        let Losses { notes, why, .. } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
         insta::assert_snapshot!(why.unwrap(), @"the adapter at the can0's port slcan:/dev/ttyACM0 refused 2 frames: not on the bus, though the record has them");
         assert_eq!(notes.len(), 1);
-        let Losses { notes, why } = losses(PortSide::Controller, Link::Adapter, counters, &[]);
+        let Losses { notes, why, .. } = losses(PortSide::Controller, Link::Adapter, counters, &[]);
         assert_eq!((notes.len(), why), (1, None), "it is the controller that sent them");
         let counters = Counters { overrun_bytes: 1, overrun_frames: 3, ..Counters::default() };
         for (link, what, spoils) in [
@@ -142,7 +151,7 @@ mod tests {
             (Link::Pty, Some("1 byte"), false),
             (Link::EmulatedAdapter, None, false),
         ] {
-            let Losses { notes, why } = losses(PortSide::Bench, link, counters, &[]);
+            let Losses { notes, why, .. } = losses(PortSide::Bench, link, counters, &[]);
             let said = what.is_none_or(|what| notes[0].contains(what));
             assert!(said && notes.len() == what.iter().len(), "{link:?}: {notes:?}");
             assert_eq!(why.is_some(), spoils, "{link:?}: {notes:?}");
@@ -154,7 +163,7 @@ mod tests {
     fn frames_that_an_adapter_had_no_room_for_are_the_fault_of_the_bench() {
         let counters =
             Counters { bytes_in: 9, frames_out: 5, overrun_frames: 3, ..Counters::default() };
-        let Losses { notes, why } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
+        let Losses { notes, why, .. } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
         assert!(
             why.is_some_and(|why| why.contains("3 frames for which there was no room")),
             "{notes:?}"
@@ -194,11 +203,13 @@ mod tests {
             line_errors: 3,
             ..Counters::default()
         };
-        let Losses { notes, why } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
+        let Losses { notes, why, unheard } = losses(PortSide::Bench, Link::Adapter, counters, &[]);
         assert_eq!(why, None);
+        // Found by a user: all frames that broke a property were among them, and the run passed.
+        assert_eq!(unheard.as_ref(), notes.first());
         insta::assert_snapshot!(notes.join("\n"), @r"
-        lost at the can0's port slcan:/dev/ttyACM0: 9 lines that did not follow the SLCAN protocol
         lost at the can0's port slcan:/dev/ttyACM0: 1 frame for which there was no time
+        lost at the can0's port slcan:/dev/ttyACM0: 9 lines that did not follow the SLCAN protocol
         lost at the can0's port slcan:/dev/ttyACM0: 2 frames of a kind or a length that it does not carry
         lost at the can0's port slcan:/dev/ttyACM0: 3 bytes with a framing or parity error
         ");
@@ -227,7 +238,7 @@ mod tests {
             (PortSide::Bench, None, false, false),
         ] {
             let away = [away(until, is_expected)];
-            let Losses { notes, why } = losses(side, Link::Serial, Counters::default(), &away);
+            let Losses { notes, why, .. } = losses(side, Link::Serial, Counters::default(), &away);
             assert_eq!((notes.len(), why.is_some()), (1, spoils), "{notes:?}");
         }
     }

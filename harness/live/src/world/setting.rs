@@ -6,7 +6,7 @@ use super::placement::{Placement, Player};
 use super::programs::Program;
 use super::realtime::Scheduling;
 use judge::properties::{Sight, View};
-use plan::faults::{Fault, FaultKind, Schedule, Target};
+use plan::faults::{Fault, FaultKind, Reach, Schedule, Target};
 use plan::{DEVICE, Plan};
 use ports::PortSpec;
 use std::fmt;
@@ -64,6 +64,9 @@ pub struct LineSite {
     pub line: usize,
     /// Port of the nodes that are emulated here.
     pub spec: PortSpec,
+    /// The line and its nodes outside this process, if there are several and the port is one of a bus: what one of them sends
+    /// reaches the others without the harness.
+    pub beyond: Vec<String>,
 }
 
 impl Site {
@@ -125,7 +128,8 @@ impl Setting {
     /// The first fault that cannot.
     pub fn reaches(&self, schedule: &Schedule) -> Result<(), OutOfReach> {
         for (index, fault) in schedule.faults.iter().enumerate() {
-            if let Some((why, help)) = self.shelter(fault.target) {
+            let found = self.shelter(fault.target).or_else(|| self.beyond(fault));
+            if let Some((why, help)) = found {
                 return Err(OutOfReach { index, name: fault.to_string(), why, help });
             }
         }
@@ -164,6 +168,27 @@ impl Setting {
             format!(
                 "emulate it: leave [{name}] out of the bench file, or the fault out of the plan"
             ),
+        ))
+    }
+
+    /// Why a fault cannot strike what nodes outside this process send to one another; `None` if it need not.
+    fn beyond(&self, fault: &Fault) -> Option<(String, String)> {
+        let (Site::Lines(lines) | Site::Robot(_, lines)) = &self.site else { return None };
+        let reach = fault.what.info().reach;
+        let is_carried = reach.is_line() || matches!(reach, Reach::Message(_));
+        if !is_carried || fault.what.makes_frames() {
+            return None;
+        }
+        let is_struck = |site: &&LineSite| site.beyond.iter().any(|one| one == fault.target.node());
+        let LineSite { spec, beyond, .. } = lines.iter().find(is_struck)?;
+        let nodes: Vec<String> = beyond.iter().skip(1).map(|node| format!("`{node}`")).collect();
+        Some((
+            format!(
+                "{} are on the bus at {spec}, where what one of them sends reaches the others without the harness",
+                nodes.join(" and ")
+            ),
+            "emulate the node that the fault strikes, or leave the fault out of the plan"
+                .to_owned(),
         ))
     }
 
@@ -212,11 +237,11 @@ impl fmt::Display for Setting {
 
 #[cfg(test)]
 mod tests {
-    use super::{BenchWork, DeviceUnderTest, Placement, Scheduling, Setting, Site, Span};
+    use super::{BenchWork, DeviceUnderTest, LineSite, Placement, Scheduling, Setting, Site, Span};
     use controller::config::Transport;
     use judge::properties::Property;
     use plan::bench_file::BenchFile;
-    use plan::faults::{Fault, FaultKind, Schedule, Target};
+    use plan::faults::{Fault, FaultKind, Schedule, Target, TargetName};
     use ports::PortSpec;
 
     fn setting(bench: &str, device_under_test: DeviceUnderTest) -> Setting {
@@ -259,6 +284,34 @@ mod tests {
             refused(&table, Target::Table, "lost_steps"),
         ];
         insta::assert_snapshot!(lines.join("\n"));
+    }
+
+    /// Found by a user: a drive that was "unplugged" by a fault went on talking to the product, which passed.
+    #[test]
+    fn what_real_nodes_send_one_another_cannot_be_struck() {
+        let mut bench = setting("", DeviceUnderTest::Nodes);
+        let site = |beyond: &[&str]| {
+            let beyond = beyond.iter().map(|one| (*one).to_owned()).collect();
+            let spec = PortSpec::Can { interface: "vcan0".to_owned() };
+            Site::Lines(vec![LineSite { line: 0, spec, beyond }])
+        };
+        let node = |name: &str| Target::Node(TargetName::new(name).unwrap());
+        bench.site = site(&["can0", "drive", "product"]);
+        for (target, kind) in [
+            ("drive", "disconnect"),
+            ("can0", "drop"),
+            ("product.Off", "delay"),
+            ("drive.Speed", "signal_value"),
+        ] {
+            let why = refused(&bench, node(target), kind);
+            let expected = "`drive` and `product` are on the bus at can:vcan0, where what one of them sends reaches";
+            assert!(why.contains(expected), "{why}");
+        }
+        for (target, kind) in [("can0", "bus_load"), ("drive", "restart"), ("lamp", "drop")] {
+            assert!(refused(&bench, node(target), kind).ends_with("taken"), "{target}");
+        }
+        bench.site = site(&[]);
+        assert!(refused(&bench, node("drive"), "disconnect").ends_with("taken"));
     }
 
     #[test]

@@ -88,7 +88,13 @@ impl LiveWorld {
     /// Puts what came from a port on its line, sent by the end whose message it is.
     fn heard(&mut self, now: Timestamp, plan: &PortPlan, what: Transmit) {
         let end = self.rig.speaker_of(plan.line, plan.end, &what);
-        self.rig.lines[plan.line].send(now, end, what);
+        let line = &mut self.rig.lines[plan.line];
+        match (what, &plan.spec) {
+            (Transmit::Frame(frame), PortSpec::Can { .. } | PortSpec::Slcan { .. }) => {
+                line.carried(now, end, frame);
+            }
+            _ => line.send(now, end, what),
+        }
     }
 
     /// Takes a frame from the bus of the base. The harness does not receive its own frames.

@@ -117,12 +117,13 @@ impl LiveWorld {
         let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
         let miswired = ports.miswired(gyro);
         let late = too_late(ending.outcome, self.measured(), &self.lateness);
+        let unheard = losses.unheard.clone();
         let why = match ending.outcome {
-            Outcome::Passed => late,
+            Outcome::Passed => late.or(unheard),
             Outcome::Failed | Outcome::Timeout => {
                 let flooded = self.foreign.verdict(end, ports.name(BASE));
                 // A flood makes a machine late, not the other way round.
-                flooded.or(late).or(miswired)
+                flooded.or(late).or(miswired).or(unheard)
             }
             Outcome::Error | Outcome::Aborted => None,
         };

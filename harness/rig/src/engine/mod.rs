@@ -135,6 +135,11 @@ impl Engine {
         }
     }
 
+    /// A harness in real time did at `then` what it should have done earlier by this time.
+    pub fn heard_late(&mut self, then: Timestamp, by: Span) {
+        self.reactions.heard_late(then, by);
+    }
+
     /// Adds the speakers whose messages are decoded.
     #[must_use]
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {

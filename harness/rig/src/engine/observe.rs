@@ -68,6 +68,8 @@ pub type Tags = BTreeMap<String, f64>;
 pub(super) struct Took {
     pub(super) quantity: String,
     pub(super) seconds: f64,
+    /// Standard uncertainty of that: how late a harness in real time was at its ends.
+    pub(super) uncertainty: f64,
     /// Tags of the step during which the stimulus came.
     pub(super) tags: Tags,
     /// The run ended before the answer.
@@ -109,11 +111,11 @@ impl<'a> Collector<'a> {
 
     /// With the tags of the step during which the stimulus came, and the time of now.
     pub(super) fn reaction(&mut self, took: Took) {
-        let Took { quantity, seconds, mut tags, is_open } = took;
+        let Took { quantity, seconds, uncertainty, mut tags, is_open } = took;
         let time = self.tags.get("time").map(|time| ("time".to_owned(), *time));
         let open = is_open.then(|| (OPEN_TAG.to_owned(), OPEN_AT_END));
         tags.extend(time.into_iter().chain(open));
-        self.out.push(Observation { quantity, value: seconds, uncertainty: 0.0, tags });
+        self.out.push(Observation { quantity, value: seconds, uncertainty, tags });
     }
 
     /// The time before the first message; with the value of the tag where it never came.

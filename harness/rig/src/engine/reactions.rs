@@ -11,14 +11,40 @@ use wire::time::{Span, Timestamp};
 /// Most stimuli of a reaction that wait for their answer.
 const WAITING_MAX: usize = 10_000;
 
+/// Most moments at which the harness was late that are kept, the last ones.
+const LATE_MAX: usize = 1_000;
+
+/// Below this the harness was in time. Assumption: a tenth of the shortest times that are measured in real time.
+const LATE_MIN: Span = Span::from_millis(1);
+
+/// A bound divided by its standard uncertainty, for a uniform distribution up to it.
+const BOUND_OVER_U: f64 = 1.732_050_807_568_877_2;
+
 /// The reactions that a measurement or a step of the plan uses.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reactions {
     each: Vec<(String, Reaction)>,
+    late: Late,
     reads: Reads,
     awaited: Option<Awaited>,
     /// The steps during which stimuli came that still wait, the last one always: when each began, and its tags.
     steps: VecDeque<(Timestamp, Tags)>,
+}
+
+/// When the harness was late in real time, and by how much.
+#[derive(Debug, Clone, Default)]
+struct Late(VecDeque<(Timestamp, Span)>);
+
+impl Late {
+    /// Standard uncertainty of the time between what was heard at these moments, s: each may have come earlier, by as much as
+    /// the harness was late then. What had to wait meanwhile is heard within as long a time after it.
+    fn uncertainty(&self, moments: [Timestamp; 2]) -> f64 {
+        let is_near = |(then, by): &&(Timestamp, Span)| {
+            moments.iter().any(|at| *at >= *then && *at - *then <= *by)
+        };
+        let bound = self.0.iter().filter(is_near).map(|(_, by)| *by).max();
+        bound.map_or(0.0, |bound| bound.as_secs_f64() / BOUND_OVER_U)
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -47,7 +73,18 @@ impl Reactions {
             formulas.extend([from, to]);
         }
         let reads = Reads::of(&formulas, speakers);
-        Self { each, reads, awaited: None, steps: VecDeque::new() }
+        Self { each, reads, late: Late::default(), awaited: None, steps: VecDeque::new() }
+    }
+
+    /// The harness was late at `then`, by this time.
+    pub(super) fn heard_late(&mut self, then: Timestamp, by: Span) {
+        if self.each.is_empty() || by < LATE_MIN {
+            return;
+        }
+        if self.late.0.len() == LATE_MAX {
+            self.late.0.pop_front();
+        }
+        self.late.0.push_back((then, by));
     }
 
     /// Waits from now on, and no longer than to the end of `until`, for the first answer to a stimulus of the reaction
@@ -134,6 +171,7 @@ impl Reactions {
             answers.extend(reaction.waiting().map(|asked| Took {
                 quantity: quantity.clone(),
                 seconds: (now.max(asked) - asked).as_secs_f64(),
+                uncertainty: self.late.uncertainty([asked, now.max(asked)]),
                 tags: tags_at(&self.steps, asked),
                 is_open: true,
             }));
@@ -154,6 +192,7 @@ impl Reactions {
                 answers.push(Took {
                     quantity: quantity.clone(),
                     seconds: answer.after.as_secs_f64(),
+                    uncertainty: self.late.uncertainty([answer.asked, answer.asked + answer.after]),
                     tags: tags_at(&self.steps, answer.asked),
                     is_open: false,
                 });
@@ -170,4 +209,23 @@ fn after(moment: Timestamp) -> Timestamp {
 fn tags_at(steps: &VecDeque<(Timestamp, Tags)>, asked: Timestamp) -> Tags {
     let step = steps.iter().rev().find(|(began, _)| *began <= asked).or(steps.front());
     step.map(|(_, tags)| tags.clone()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Late, Span, Timestamp};
+
+    /// Found by a user: a harness that was 82 ms late told a reaction of 158 ms as 44 ms, without any uncertainty.
+    #[test]
+    fn what_was_heard_late_is_uncertain() {
+        let at = |ms: i64| Timestamp::from_nanos(ms * 1_000_000);
+        let late = Late([(at(1_000), Span::from_millis(90))].into());
+        let bound_ms = |from: i64, to: i64| {
+            (late.uncertainty([at(from), at(to)]) * 1e3 * super::BOUND_OVER_U).round()
+        };
+        assert_eq!(bound_ms(1_000, 1_044), 90.0, "the first, of which the second had to wait, too");
+        assert_eq!(bound_ms(500, 1_001), 90.0, "the answer alone");
+        assert_eq!(bound_ms(500, 999), 0.0, "before");
+        assert_eq!(bound_ms(500, 2_000), 0.0, "between them nothing depends on it");
+    }
 }

@@ -148,6 +148,11 @@ impl CanBus {
         }
     }
 
+    /// Whether a fault strikes the bus.
+    pub fn is_struck(&self) -> bool {
+        self.faulty.as_ref().is_some_and(|faulty| faulty.layers.iter().next().is_some())
+    }
+
     /// Whether a change of a node's error state has not been taken yet.
     #[inline]
     pub fn has_state_change(&self) -> bool {
