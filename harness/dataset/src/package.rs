@@ -319,13 +319,10 @@ fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, Da
     }
     let axis = match written.axis.as_deref() {
         None => None,
-        Some("x") => Some(Axis::X),
-        Some("y") => Some(Axis::Y),
-        Some("z") => Some(Axis::Z),
-        Some(found) => {
-            let known = ["x", "y", "z"].into_iter();
-            return Err(inside(context.unknown("axis", found, known, &after("axis"))));
-        }
+        Some(found) => Some(Axis::parse(found).ok_or_else(|| {
+            let known = Axis::ALL.iter().map(|axis| axis.name());
+            inside(context.unknown("axis", found, known, &after("axis")))
+        })?),
     };
     let numbers = matches!(written.kind.as_deref(), None | Some("number" | "integer" | "any"));
     let text = match role {

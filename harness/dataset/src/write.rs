@@ -76,12 +76,8 @@ fn table(dataset: &Dataset, run_field: &str) -> io::Result<Vec<u8>> {
 fn descriptor(dataset: &Dataset, run_field: &str, path: &str, options: &WriteOptions) -> Value {
     let run = json!({ "name": run_field, "type": "string", "unit": "1", "role": Role::Run.name() });
     let columns = dataset.columns.iter().map(|column| {
-        let axis = column.axis.map(|axis| match axis {
-            Axis::X => "x",
-            Axis::Y => "y",
-            Axis::Z => "z",
-        });
         let (unit, role) = (column.unit.text(), column.role.name());
+        let axis = column.axis.map(Axis::name);
         given(json!({
             "name": column.name, "type": "number", "unit": unit, "role": role, "axis": axis,
         }))

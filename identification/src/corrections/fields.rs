@@ -1,7 +1,7 @@
 //! Which reading belongs to which reference, and how it is to be read: angles that add up from the beginning of a run where the
 //! package says a rate, or an increment since the row before, and axes of a gyro that are wired to, or named as, one another.
 
-use super::{AXES, Correction, Fault, applied};
+use super::{Correction, Fault, applied};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::problem::wrap;
 use crate::robust::squared_correlation;
@@ -116,15 +116,14 @@ fn wrong_axes(dataset: &Dataset) -> Vec<Correction> {
             if follows(&own) > DOES_NOT {
                 return Vec::new();
             }
-            let axis = AXES.iter().position(|axis| sensor.axis == Some(*axis)).unwrap_or(0);
-            found.push(Correction::exact(Fault::WrongAxis, &best.name, axis as f64));
+            let axis = sensor.axis.map_or(0, |axis| axis as u8);
+            found.push(Correction::exact(Fault::WrongAxis, &best.name, axis.into()));
         }
     }
     // Whole axes change places.
     let is_permutation = found.iter().all(|one| {
-        let goes_to = references.iter().find(|other| {
-            AXES.iter().position(|axis| other.axis == Some(*axis)) == Some(one.value as usize)
-        });
+        let number = Some(one.value as u8);
+        let goes_to = references.iter().find(|other| other.axis.map(|axis| axis as u8) == number);
         goes_to.is_some_and(|other| found.iter().any(|moved| moved.field == other.name))
     });
     if is_permutation { found } else { Vec::new() }

@@ -149,7 +149,7 @@ impl Correction {
             Fault::HeadingOffset => self.read_as(dataset, 1.0, -self.si()),
             Fault::SteerOffset => self.read_as(dataset, 1.0, self.si() / stated_scale),
             Fault::WrongAxis => {
-                let axis = AXES[(self.value as usize).min(2)];
+                let axis = Axis::ALL[(self.value as usize).min(2)];
                 self.columns(dataset).for_each(|column| column.axis = Some(axis));
             }
             Fault::ReversedSign
@@ -211,8 +211,6 @@ fn exchange(dataset: &mut Dataset, [one, other]: [Role; 2]) {
         };
     }
 }
-
-const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
 /// Times what is right that the readings of a sensor are, the fields for which `is_read` says so.
 pub(crate) fn factor(corrections: &[Correction], is_read: impl Fn(&str) -> bool) -> f64 {

@@ -95,16 +95,14 @@ named! {
     }
 }
 
-/// Axis of a sensor.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum Axis {
-    X,
-    Y,
-    Z,
+named! {
+    /// Axis of a sensor.
+    #[expect(missing_docs, reason = "the names say it")]
+    Axis {
+        X = "x",
+        Y = "y",
+        Z = "z",
+    }
 }
 
 impl Axis {
