@@ -8,7 +8,6 @@ use crate::dataset::{Dataset, Role};
 use crate::finding::{CompensationInput, CompensationStep, LeftOut};
 use crate::model::{Acts, Form, LATE_SHARE, Model, Shape, Wrap};
 use crate::problem::Channels;
-use std::collections::BTreeMap;
 
 /// How a sensor reads: steps over the truth, in its own unit. As in the model, all errors but a delay and a constant scale
 /// depend on the current truth.
@@ -102,14 +101,5 @@ fn is_lag(shape: &Shape) -> bool {
 
 /// Channels without data: the terms carry their units as text.
 fn nothing(model: &Model) -> Channels {
-    Channels::new(&Dataset {
-        name: String::new(),
-        kind: model.kind,
-        drive: None,
-        constants: BTreeMap::new(),
-        columns: Vec::new(),
-        run_labels: Vec::new(),
-        run_of_row: Vec::new(),
-        notices: Vec::new(),
-    })
+    Channels::new(&Dataset::new("", model.kind, Vec::new(), Vec::new()))
 }

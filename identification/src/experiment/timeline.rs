@@ -187,16 +187,7 @@ mod tests {
     use crate::dataset::{Dataset, Kind};
 
     fn last_end(steps: Vec<Step>) -> f64 {
-        let nothing = Dataset {
-            name: String::new(),
-            kind: Kind::Turns,
-            drive: None,
-            constants: std::collections::BTreeMap::new(),
-            columns: Vec::new(),
-            run_of_row: Vec::new(),
-            run_labels: Vec::new(),
-            notices: Vec::new(),
-        };
+        let nothing = Dataset::new("", Kind::Turns, Vec::new(), Vec::new());
         let programme =
             Programme { name: "", title: "", reason: "", devices: TABLE, warm: false, steps };
         phases(&programme, Thermal::of(&nothing)).last().map_or(0.0, super::Phase::end)
