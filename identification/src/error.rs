@@ -1,19 +1,13 @@
 //! Why data cannot be identified.
 
-/// Why a data set cannot be identified.
+/// Why a data set cannot be identified: the data lack what the kind needs, or the model does not fit them.
 #[derive(Debug, thiserror::Error)]
-pub enum IdentifyError {
-    /// The data lack what the kind needs.
-    #[error("{0}")]
-    Data(String),
-    /// The model does not fit the data.
-    #[error("{0}")]
-    Model(String),
-}
+#[error("{0}")]
+pub struct IdentifyError(pub(crate) String);
 
 impl IdentifyError {
     /// The data have no `what`.
     pub(crate) fn missing(what: &str) -> Self {
-        Self::Data(format!("no {what}"))
+        Self(format!("no {what}"))
     }
 }

@@ -229,10 +229,10 @@ fn base_terms(
     let mut shapes = Vec::new();
     for term in model.terms.iter().filter(|term| term.applies_to(block)) {
         let channels = problem.channels_of(block);
-        let (shape, _) = term.to_shape(channels).map_err(IdentifyError::Model)?;
+        let (shape, _) = term.to_shape(channels).map_err(IdentifyError)?;
         let shape = shape.anywhere();
         if shape.observed(block, channels).is_none() {
-            return Err(IdentifyError::Model(format!(
+            return Err(IdentifyError(format!(
                 "term `{}` needs what the data do not have",
                 term.name
             )));

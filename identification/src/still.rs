@@ -94,7 +94,7 @@ fn leave_out(dataset: &mut Dataset, wrong: Vec<Wrong>) -> Result<(), IdentifyErr
         let is_other = |one: &&Column| is_read(one) && one.name != name;
         if dataset.kind != Kind::Odometry && dataset.columns.iter().filter(is_other).count() == 0 {
             let advice = advice.map_or_else(String::new, |advice| format!(": {advice}"));
-            return Err(IdentifyError::Data(format!("{told}{advice}")));
+            return Err(IdentifyError(format!("{told}{advice}")));
         }
         dataset.columns.retain(|one| one.name != name);
         dataset.notices.push(format!("{told}: it is left out"));
@@ -110,7 +110,7 @@ fn path(dataset: &Dataset) -> Result<(), IdentifyError> {
     let along = sum(&|leg| legs[leg].along.abs());
     let aside = sum(&|leg| legs[leg].aside.abs());
     let refused = |column: &Column, why: &str| {
-        Err(IdentifyError::Data(format!("`{}` never changes, {why}", column.name)))
+        Err(IdentifyError(format!("`{}` never changes, {why}", column.name)))
     };
     for role in [Role::ReferenceX, Role::ReferenceY, Role::ReferenceHeading] {
         if let Some(column) = dataset.column(role).filter(|column| is_still(column))

@@ -19,11 +19,10 @@ fn of_block(
 ) -> Result<(Vec<Shape>, Vec<f64>), IdentifyError> {
     let (mut shapes, mut coefficients) = (Vec::new(), Vec::new());
     for term in terms.iter().filter(|term| term.applies_to(block)) {
-        let (shape, values) =
-            term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+        let (shape, values) = term.to_shape(problem.channels_of(block)).map_err(IdentifyError)?;
         if shape.observed(block, problem.channels_of(block)).is_none() {
             let drivers: Vec<String> = term.drivers.iter().map(ToString::to_string).collect();
-            return Err(IdentifyError::Model(format!(
+            return Err(IdentifyError(format!(
                 "term `{}` needs {}, which the data do not have",
                 term.name,
                 drivers.join(" and ")
@@ -50,7 +49,7 @@ pub fn is_of_kind(model: &Model, dataset: &Dataset) -> Result<(), IdentifyError>
     if model.kind == dataset.kind {
         return Ok(());
     }
-    Err(IdentifyError::Model(format!(
+    Err(IdentifyError(format!(
         "the model is of kind `{}`, the data of kind `{}`",
         model.kind.name(),
         dataset.kind.name()

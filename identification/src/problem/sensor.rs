@@ -43,7 +43,7 @@ fn against(
     channels: &mut Channels,
 ) -> Result<Block, IdentifyError> {
     if measured.unit.dimension() != reference.unit.dimension() {
-        return Err(IdentifyError::Data(format!(
+        return Err(IdentifyError(format!(
             "`{}` is in {} and its reference `{}` in {}: expected the same quantity",
             measured.name, measured.unit, reference.name, reference.unit
         )));

@@ -33,7 +33,7 @@ pub(super) fn series(
                 against_rate(dataset, rate, reference, &mut channels, &mut counts)
             }
             (None, Some(reference)) if !shows_turns(reference, &channels) => {
-                return Err(IdentifyError::Data(format!(
+                return Err(IdentifyError(format!(
                     "`{}` has one value in each run, which tells no turn: expected two or more, such as one at either \
                      end",
                     reference.name

@@ -108,7 +108,7 @@ fn tricycle(
         let (name, unit) = (&steer.name, steer.unit.text());
         let what =
             format!("`{name}` is in {unit}: the steering angle of a tricycle must be an angle");
-        return Err(IdentifyError::Data(what));
+        return Err(IdentifyError(what));
     }
     let angles: Vec<f64> = steer.si().map(|angle| scale * finite(angle)).collect();
     // The steering angle of a row is the mean over it.

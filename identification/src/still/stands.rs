@@ -144,7 +144,7 @@ pub(super) fn path(dataset: &Dataset, poses: &Poses) -> Result<(), IdentifyError
     } else {
         return Ok(());
     };
-    Err(IdentifyError::Data(told))
+    Err(IdentifyError(told))
 }
 
 /// Whether `read`, of `column`, is more than a sensor that stands at `truth` can be wrong by.
