@@ -45,10 +45,6 @@ pub struct Experiment {
     pub separates: Vec<String>,
     /// Sentence with the expected gain.
     pub expected_gain: String,
-    /// Smallest distance of the effect from a rival under the plan, squared, in units of the noise.
-    pub lambda: f64,
-    /// The same for each rival.
-    pub by_rival: Vec<(String, f64)>,
     decided: Vec<Pair>,
 }
 
@@ -178,8 +174,6 @@ pub(crate) fn next(
         plan_toml: plan::toml(programme, &notes),
         separates,
         expected_gain,
-        lambda: count.iter().map(|&rival| gains[rival].then).fold(f64::INFINITY, f64::min),
-        by_rival: named.iter().map(|(rival, gain)| (rival.clone(), gain.then)).collect(),
         decided: decided.map(|(case, _)| case.pair.clone()).collect(),
     })
 }
