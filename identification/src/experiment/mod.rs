@@ -149,13 +149,9 @@ pub(crate) fn next(
     let worth = |gains: &[Gain]| {
         count.iter().map(|&rival| gains[rival].then.min(ENOUGH)).fold(f64::INFINITY, f64::min)
     };
-    let mut best: Option<&(&Programme, Vec<Gain>)> = None;
-    for offer in &offers {
-        if best.is_none_or(|best| worth(&offer.1) > worth(&best.1)) {
-            best = Some(offer);
-        }
-    }
-    let (programme, gains) = best?;
+    let (programme, gains) = offers
+        .iter()
+        .reduce(|best, offer| if worth(&offer.1) > worth(&best.1) { offer } else { best })?;
     let named: Vec<(String, Gain)> = cases
         .iter()
         .take(mine)
