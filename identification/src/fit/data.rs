@@ -132,7 +132,7 @@ impl Data<'_> {
         let columns: Vec<Columns> = terms.iter().map(|term| self.of_term(term)).collect();
         let columns: Vec<&[f64]> =
             columns.iter().flat_map(|of| of.iter().map(Vec::as_slice)).collect();
-        let columns = whitener.apply_each(&columns);
+        let columns = whitener.apply_all(&columns);
         let target = whitener.apply(&self.block.residual);
         White { whitener, columns, target }
     }

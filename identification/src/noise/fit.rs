@@ -56,7 +56,7 @@ impl Residual<'_> {
     fn whitened(self, noise: &NoiseModel) -> Vec<f64> {
         let whitener = Whitener::new(self.layout, &noise.of_all());
         let mut basis = Basis::default();
-        basis.extend(whitener.apply_each(self.columns));
+        basis.extend(whitener.apply_all(self.columns));
         let mut white = whitener.apply(self.values);
         basis.project(&mut white);
         white

@@ -18,7 +18,7 @@ impl Residual<'_> {
         let whitener = Whitener::new(self.layout, noise);
         let all: Vec<&[f64]> =
             self.columns.iter().map(Vec::as_slice).chain([self.values]).collect();
-        let mut white = whitener.apply_each(&all);
+        let mut white = whitener.apply_all(&all);
         let target = white.pop().unwrap_or_default();
         let left = Normal::of(&white, &target).left_of(&target, || white);
         whitener.log_likelihood(left)

@@ -213,13 +213,8 @@ impl Whitener {
         whitened.swap_remove(0)
     }
 
-    /// The same for many columns at once.
-    pub fn apply_all(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        self.apply_each(columns)
-    }
-
-    /// The same for owned or borrowed columns.
-    pub fn apply_each<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
+    /// The same for many columns at once, owned or borrowed.
+    pub fn apply_all<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
         let mut whitened = self.innovations(columns);
         self.forget_starts(&mut whitened);
         whitened
