@@ -55,7 +55,7 @@ impl Channel {
 pub struct Channels {
     /// Time of each row, s (or sample number).
     pub time: Vec<f64>,
-    /// Whether `time` is in seconds.
+    /// Unit of `time`: seconds, or 1 where the data have no times and rows count.
     pub time_unit: Unit,
     /// Name of the field of time.
     pub time_name: String,
@@ -83,8 +83,6 @@ pub struct Channels {
     pub of_sensor: bool,
     /// How much its readings rise for one of what is measured, at first sight: they may be in another unit. Of a gyro 1.
     pub gain: f64,
-    /// Names of fields that are constant.
-    pub constant: Vec<String>,
     /// Typical time from row to row, once it was asked for.
     pub(crate) interval: OnceCell<f64>,
     /// How the rotation is bent between rows, once it was asked for: every delay and lag of it needs that.
@@ -128,7 +126,6 @@ impl Channels {
             sampled: matches!(dataset.kind, Kind::Series | Kind::Sensor),
             of_sensor: dataset.kind == Kind::Sensor,
             gain: 1.0,
-            constant: Vec::new(),
             interval: OnceCell::new(),
             bends: OnceCell::new(),
         };
@@ -141,7 +138,7 @@ impl Channels {
         found
     }
 
-    /// Adds a field that may be a cause; a constant field is only listed by name.
+    /// Adds a field that may be a cause; a constant field is none.
     pub fn add(&mut self, name: &str, role: Role, unit: Unit, mut values: Vec<f64>) {
         let wraps = unit.dimension() == Dimension::Angle;
         if wraps {
@@ -156,7 +153,6 @@ impl Channels {
         let finite = values.iter().copied().filter(|value| value.is_finite());
         let range @ (low, high) = robust::ends(finite);
         if !(high > low) || values.iter().any(|value| !value.is_finite()) {
-            self.constant.push(name.to_owned());
             return;
         }
         self.channels.push(Channel { name: name.to_owned(), role, unit, values, smooth, range });

@@ -132,7 +132,6 @@ impl Equations {
             rotation_noise: channels.rotation_noise,
             of_sensor: channels.of_sensor,
             gain: channels.gain,
-            constant: channels.constant.clone(),
             interval: OnceCell::new(),
             bends: OnceCell::new(),
         };
