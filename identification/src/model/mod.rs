@@ -32,7 +32,7 @@ pub use spline::{
 };
 use std::collections::BTreeMap;
 pub(crate) use term::place_unit;
-pub use term::{Fitted, KNOT, is_frame, is_place, is_threshold, levels};
+pub use term::{KNOT, is_frame, is_place, is_threshold, levels};
 
 /// How a term depends on its drivers; beside each, its parameters. `origin` is where a driver counts as zero.
 ///

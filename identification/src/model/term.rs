@@ -25,15 +25,6 @@ pub fn is_frame(name: &str) -> bool {
     KNOT.contains(&name) || SEEN.as_flattened().contains(&name)
 }
 
-/// A fitted coefficient, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fitted {
-    /// Its value.
-    pub value: f64,
-    /// Its standard error; NaN where it was not fitted.
-    pub error: f64,
-}
-
 /// Whether a coefficient alone states how much the term does, so that the range of the term is its own.
 fn told_by_itself(shape: &Shape) -> bool {
     let set_right = ["reversed", "degrees_for", "radians_for"];
@@ -94,10 +85,11 @@ fn between_rows(shape: &Shape, channels: &Channels, at: f64) -> Option<f64> {
 const LENGTHS: [&str; 3] = ["time_constant", "half_width", "period"];
 
 impl Term {
-    /// The term of `shape` with its coefficients; `nonlinear` holds the errors of its other fitted numbers.
+    /// The term of `shape` with its coefficients and their standard errors, SI, NaN where one was not fitted; `nonlinear`
+    /// holds the errors of its other fitted numbers.
     pub fn from_shape(
         shape: &Shape,
-        coefficients: &[Fitted],
+        coefficients: &[(f64, f64)],
         nonlinear: &[(String, f64)],
         unit: &DisplayUnit,
         channels: &Channels,
@@ -107,13 +99,13 @@ impl Term {
         let mut parameters: Vec<Parameter> = names
             .iter()
             .zip(coefficients)
-            .map(|(name, fitted)| Parameter {
-                standard_error: fitted.error.is_finite().then_some(fitted.error / written.si),
+            .map(|(name, (value, error))| Parameter {
+                standard_error: error.is_finite().then_some(error / written.si),
                 range: (told_by_itself(shape) && !channels.of_sensor)
                     .then(|| range_of(shape, channels))
                     .flatten()
                     .map(|range| range.map(|end| end / written.si)),
-                ..Parameter::new(name, fitted.value / written.si, &written.text)
+                ..Parameter::new(name, value / written.si, &written.text)
             })
             .collect();
         for (name, value) in &shape.fixed {

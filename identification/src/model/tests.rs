@@ -1,6 +1,6 @@
 //! A written term reads back in the units it was written in.
 
-use super::{Acts, Driver, Fitted, Form, KNOT, Shape, Term, Wrap};
+use super::{Acts, Driver, Form, KNOT, Shape, Term, Wrap};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
 use crate::problem::{Channels, DisplayUnit};
 
@@ -28,7 +28,7 @@ pub(super) fn channels() -> Channels {
 }
 
 fn written(shape: &Shape) -> Term {
-    let fitted = Fitted { value: 0.25, error: 0.01 };
+    let fitted = (0.25, 0.01);
     let unit = DisplayUnit::new("deg/s", Unit::DegreePerSecond.si());
     let coefficients = vec![fitted; shape.width()];
     Term::from_shape(shape, &coefficients, &[], &unit, &channels())

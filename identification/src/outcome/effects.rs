@@ -2,7 +2,7 @@
 
 use crate::finding::{Effect, Parameter, PathError, PathModel, Rival};
 use crate::fit::{Data, Found};
-use crate::model::{Fitted, Form, Term, UNEQUAL_WHEELS, exposure};
+use crate::model::{Form, Term, UNEQUAL_WHEELS, exposure};
 use crate::problem::DisplayUnit;
 use crate::select::{BlockFit, Waypoint};
 use serde::Serialize;
@@ -17,13 +17,9 @@ pub(super) fn word(of: impl Serialize) -> String {
 pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
     let unit = exposure(data.block, found.shape.acts)
         .map_or_else(DisplayUnit::one, |exposure| exposure.unit.clone());
-    let coefficients: Vec<Fitted> = found
-        .coefficients
-        .iter()
-        .map(|(value, error)| Fitted { value: *value, error: *error })
-        .collect();
     let shape = found.shape.clone().within_seen(data.channels);
-    let mut term = Term::from_shape(&shape, &coefficients, &found.numbers, &unit, data.channels);
+    let Found { coefficients, numbers, .. } = found;
+    let mut term = Term::from_shape(&shape, coefficients, numbers, &unit, data.channels);
     term.axis = data.block.axis;
     term.quantity.clone_from(&data.block.apart);
     term
