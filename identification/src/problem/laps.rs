@@ -45,13 +45,11 @@ pub(super) fn laps(
     let ends = end_errors(dataset);
     let mut closing_lever = known.closing_lever_m;
     if let [Some(heading), Some(x), Some(y)] = &ends {
-        let found =
-            Ends { heading: &heading.error, x: &x.error, y: &y.error, direction: &direction };
-        if closing_lever.is_none() {
-            closing_lever = lever(&found, &causes(&channels));
-        }
+        let ends = [heading, x, y];
+        closing_lever = closing_lever
+            .or_else(|| lever(ends.map(|end| &*end.error), &direction, &causes(&channels)));
         if let Some(lever) = closing_lever {
-            blocks.push(closing_block(&ends, &direction, lever));
+            blocks.push(closing_block(ends, &direction, lever));
         }
     }
     if closing_lever.is_none() {
@@ -108,11 +106,10 @@ fn causes(channels: &Channels) -> Vec<Vec<f64>> {
 }
 
 /// The three readings of a lap's end as readings of one error of the heading.
-fn closing_block(ends: &[Option<End>; 3], direction: &[f64], lever: f64) -> Block {
+fn closing_block(ends: [&End; 3], direction: &[f64], lever: f64) -> Block {
     let n = direction.len();
     let mut closing = Closing {
-        labels: [0, 1, 2]
-            .map(|which| ends[which].as_ref().map_or_else(String::new, |end| end.label.clone())),
+        labels: ends.map(|end| end.label.clone()),
         lever,
         direction: direction.to_vec(),
         component: Vec::new(),
@@ -121,7 +118,6 @@ fn closing_block(ends: &[Option<End>; 3], direction: &[f64], lever: f64) -> Bloc
     let mut spread = Vec::new();
     let mut noises = Vec::new();
     for (which, end) in ends.iter().enumerate() {
-        let Some(end) = end else { continue };
         let mut own = Vec::new();
         for row in (0..n).filter(|&row| end.error[row].is_finite()) {
             closing.component.push(which);
@@ -177,19 +173,6 @@ fn end_block(end: &End, direction: &[f64], size: f64, swaps: bool) -> Block {
     }
 }
 
-/// The errors of laps: reference minus odometry.
-#[derive(Debug, Clone)]
-struct Ends<'a> {
-    /// Heading, rad.
-    pub heading: &'a [f64],
-    /// x, m.
-    pub x: &'a [f64],
-    /// y, m.
-    pub y: &'a [f64],
-    /// +1 counter-clockwise, -1 clockwise.
-    pub direction: &'a [f64],
-}
-
 /// Relation of the three readings of a lap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Closing {
@@ -221,19 +204,18 @@ const SIDE_ASSUMED_M: f64 = 4.0;
 /// Surprise of the errors across the square's pattern from which the path is not a square, in nats.
 const NO_SQUARE: f64 = 9.2;
 
-/// The lever that fits the ends of laps best: half a side. `causes` are possible causes of the errors, one value per
-/// lap. `None` if the ends do not fit a square.
-fn lever(ends: &Ends<'_>, causes: &[Vec<f64>]) -> Option<f64> {
-    let n = ends.heading.len();
+/// The lever that fits the errors of heading (rad), x and y (m) at the ends of laps best: half a side. A `direction` of +1 is
+/// counter-clockwise, of -1 clockwise. `causes` are possible causes of the errors, one value per lap. `None` if the ends do
+/// not fit a square.
+fn lever([angle, x, y]: [&[f64]; 3], direction: &[f64], causes: &[Vec<f64>]) -> Option<f64> {
     let mut basis = Basis::default();
     for cause in causes {
         basis.push(cause.clone());
-        basis.push(cause.iter().zip(ends.direction).map(|(cause, d)| cause * d).collect());
+        basis.push(cause.iter().zip(direction).map(|(cause, d)| cause * d).collect());
     }
-    let along: Vec<f64> =
-        (0..n).map(|i| (ends.direction[i] * ends.x[i] - ends.y[i]) / 2.0).collect();
-    let across: Vec<f64> =
-        (0..n).map(|i| (ends.direction[i] * ends.x[i] + ends.y[i]) / 2.0).collect();
+    let laps = 0..angle.len();
+    let along: Vec<f64> = laps.clone().map(|i| (direction[i] * x[i] - y[i]) / 2.0).collect();
+    let across: Vec<f64> = laps.map(|i| (direction[i] * x[i] + y[i]) / 2.0).collect();
     let noise = |values: &[f64]| {
         let mut left = values.to_vec();
         basis.project(&mut left);
@@ -242,14 +224,14 @@ fn lever(ends: &Ends<'_>, causes: &[Vec<f64>]) -> Option<f64> {
     let shares = |values: &[f64]| -> Vec<f64> {
         basis.columns().iter().map(|q| crate::linear::dot(q, values)).collect()
     };
-    let (position, heading) = (noise(&along), noise(ends.heading));
+    let (position, heading) = (noise(&along), noise(angle));
     let off: f64 = shares(&across).iter().map(|share| (share / noise(&across)).powi(2)).sum();
     if surprise_chi2(off, basis.len() as f64) > NO_SQUARE {
         return None;
     }
     // Total least squares of the two on each other, each in units of its noise.
     let (mut hh, mut pp, mut hp) = (0.0, 0.0, 0.0);
-    for (h, p) in shares(ends.heading).iter().zip(shares(&along)) {
+    for (h, p) in shares(angle).iter().zip(shares(&along)) {
         let (h, p) = (h / heading, p / position);
         hh += h * h;
         pp += p * p;
@@ -269,7 +251,7 @@ fn lever(ends: &Ends<'_>, causes: &[Vec<f64>]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Ends, lever};
+    use super::lever;
 
     fn wave(i: usize, k: f64) -> f64 {
         (i as f64 * k).sin()
@@ -292,12 +274,10 @@ mod tests {
         let x = add(q.iter().zip(&d).map(|(q, d)| 3.0 * q * d).collect(), noise(1.3, 0.005));
         let y = add(q.iter().map(|q| -3.0 * q).collect(), noise(0.7, 0.005));
         let ones = vec![vec![1.0; n]];
-        let ends = Ends { heading: &heading, x: &x, y: &y, direction: &d };
-        let found = lever(&ends, &ones).unwrap();
+        let found = lever([&heading, &x, &y], &d, &ones).unwrap();
         assert!((found - 3.0).abs() < 0.2, "{found}");
         // A path that is not a square.
-        let ends = Ends { heading: &heading, x: &x, y: &heading, direction: &d };
-        assert_eq!(lever(&ends, &ones), None);
+        assert_eq!(lever([&heading, &x, &heading], &d, &ones), None);
     }
 
     #[test]
@@ -306,7 +286,6 @@ mod tests {
         let d = direction(n);
         let of = |k: f64| (0..n).map(|i| 0.01 * wave(i, k)).collect::<Vec<f64>>();
         let (heading, x, y) = (of(2.1), of(1.3), of(0.7));
-        let ends = Ends { heading: &heading, x: &x, y: &y, direction: &d };
-        assert_eq!(lever(&ends, &[vec![1.0; n]]), Some(2.0));
+        assert_eq!(lever([&heading, &x, &y], &d, &[vec![1.0; n]]), Some(2.0));
     }
 }
