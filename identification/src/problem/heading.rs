@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::course::{course, turns, within};
 use super::gyro::{GYRO_CONSTANTS, angle_unit, exposures, rate_unit};
-use super::rate::{Rate, counts_per_unit, rates, steps};
+use super::rate::{Rate, rates, slope, steps};
 use super::{Aggregate, Block, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role, Unit};
 use crate::rounding;
@@ -213,5 +213,5 @@ fn counts_from_heading(
             (sum, last) = (0.0, Some(headings[row]));
         }
     }
-    counts_per_unit(&turned, &referenced)
+    slope(&turned, &referenced)
 }

@@ -42,9 +42,10 @@ pub(super) fn steps(channels: &Channels) -> Vec<f64> {
     found
 }
 
-/// Counts per unit of rotation, by least squares.
-pub(super) fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
-    let both = reference.iter().copied().zip(counts.iter().copied());
+/// How much readings rise for one of their reference, by least squares; 1 if they show no slope. Of counts, those per unit of
+/// rotation.
+pub(super) fn slope(readings: &[f64], reference: &[f64]) -> f64 {
+    let both = reference.iter().copied().zip(readings.iter().copied());
     let Moments { xx, xy, .. } = Moments::of(both.filter(|(r, c)| r.is_finite() && c.is_finite()));
     if xx > 0.0 && xy != 0.0 { xy / xx } else { 1.0 }
 }

@@ -2,12 +2,13 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, exposures};
+use super::rate::slope;
 use super::reference::{everywhere, known_around, noise_of};
 use super::{Block, DisplayUnit, Problem, wrap};
 use crate::corrections::reference_of;
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;
-use crate::robust::{self, Moments};
+use crate::robust;
 use std::rc::Rc;
 
 pub(super) fn sensor(dataset: &Dataset, channels: Channels) -> Result<Problem, IdentifyError> {
@@ -72,7 +73,8 @@ fn against(
     let (low, high) = robust::ends(channels.rotation.iter().copied());
     let moves = high - low > 0.0;
     if moves && !turns {
-        channels.gain = gain(&rows, &truth, &values);
+        let of = |all: &[f64]| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>();
+        channels.gain = slope(&of(&values), &of(&truth));
     }
     let unit = unit_of(measured);
     let scale = moves.then(|| channels.rotation.clone());
@@ -82,12 +84,6 @@ fn against(
         constants: GYRO_CONSTANTS[..if moves && !turns { 2 } else { 1 }].to_vec(),
         ..Block::of_readings(measured, rows, error, unit)
     })
-}
-
-/// Slope of the line of readings over the truth in these rows; 1 if they show no slope.
-fn gain(rows: &[usize], truth: &[f64], values: &[f64]) -> f64 {
-    let Moments { xx, xy, .. } = Moments::of(rows.iter().map(|&row| (truth[row], values[row])));
-    if xx > 0.0 && xy != 0.0 { xy / xx } else { 1.0 }
 }
 
 /// Unit of errors, which are differences.

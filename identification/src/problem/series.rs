@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, exposures, rate_unit};
 use super::heading::{against_heading, shows_turns};
-use super::rate::{Rate, counts_per_unit, rates};
+use super::rate::{Rate, rates, slope};
 use super::reference::{everywhere, known_around, noise_of};
 use super::{Acts, Block, Problem};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role};
@@ -111,7 +111,7 @@ fn against_rate(
     let measured_reference: Vec<f64> = reference.si().collect();
     let is_counts = rate.column.unit.dimension() == Dimension::Count;
     let factor = if is_counts {
-        *counts.get_or_insert_with(|| counts_per_unit(&rate.values, &measured_reference))
+        *counts.get_or_insert_with(|| slope(&rate.values, &measured_reference))
     } else {
         1.0
     };
