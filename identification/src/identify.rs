@@ -257,7 +257,7 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
             let layout = Layout::new(block, problem.channels_of(block));
             let data = Data::new(block, problem.channels_of(block), &layout);
             let columns = data.all_columns(&constants(block));
-            let noise = data.residual(&columns).fit(None).of_all();
+            let noise = data.residual(&columns).fit().of_all();
             (block.clone(), noise)
         })
         .collect())

@@ -111,7 +111,7 @@ fn beside(data: Data<'_>, terms: &[Shape], coefficients: &[f64], lag: &Shape) ->
     let tangents = data.tangents(terms, coefficients).into_iter().map(|one| one.column);
     let model = data.all_columns(terms).into_iter().chain(tangents);
     let columns: Vec<Vec<f64>> = model.chain(rests.iter().cloned()).collect();
-    let noise = data.residual(&columns).fit(None).of_all();
+    let noise = data.residual(&columns).fit().of_all();
     let White { whitener, target, .. } = data.whitened(&[], &noise);
     let white = whitener.apply_all(&columns);
     let left = robust_fit(&white, &target);

@@ -78,7 +78,7 @@ fn likelihoods(read: [&Dataset; 2]) -> Option<[f64; 2]> {
         let data = Data::new(block, channels, &layout);
         let columns = data.all_columns(&shapes);
         let residual = data.residual(&columns);
-        Some(start.map_or_else(|| (residual.fit(None), 0.0), |start| residual.retune(start)))
+        Some(start.map_or_else(|| (residual.fit(), 0.0), |start| residual.retune(start)))
     };
     // The same readings count as outliers in both.
     let (start, _) = noise(stated, None)?;

@@ -13,14 +13,14 @@ pub const TIME_CAUTION: f64 = 3.0;
 const RUN_ROWS_MIN: usize = 40;
 
 impl Residual<'_> {
-    /// Fits noise to it, starting from `start`.
-    pub fn fit(self, start: Option<&NoiseModel>) -> NoiseModel {
+    /// Fits noise to it.
+    pub fn fit(self) -> NoiseModel {
         let layout = self.layout;
-        let mut noise = start.cloned().unwrap_or_else(|| match layout.is_level() {
+        let mut noise = match layout.is_level() {
             true => NoiseModel::walking(layout),
             false => NoiseModel::white(layout.runs()),
-        });
-        if layout.is_poses() && noise.slide.is_none() {
+        };
+        if layout.is_poses() {
             noise.slide = Some([0.0; 2]);
         }
         noise.left_out = self.outliers(&noise);

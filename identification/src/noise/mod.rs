@@ -61,7 +61,7 @@ pub fn likeliest_layout(
     }
     let value = |layout: &Layout| {
         let residual = Residual { layout, values, columns };
-        let noise = residual.fit(None);
+        let noise = residual.fit();
         residual.log_likelihood(&noise)
             - 3.0 * noise.coloured.len() as f64
             - 10.0 * noise.left_out.iter().filter(|left_out| **left_out).count() as f64

@@ -259,7 +259,7 @@ mod tests {
         let layout = Layout::of_rows(RUNS, ROWS, 1.0);
         let bias = vec![vec![1.0; residual.len()]];
         let residual = Residual { layout: &layout, values: &residual, columns: &bias };
-        slow(residual, &residual.fit(None)).filter(|found| found.surprise > 5.3)
+        slow(residual, &residual.fit()).filter(|found| found.surprise > 5.3)
     }
 
     #[test]

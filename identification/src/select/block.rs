@@ -46,7 +46,7 @@ pub fn identify_block(
     if let Some(noise) = asked.noise {
         state.noise = NoiseModel { run_scale: vec![1.0; data.layout.runs()], ..noise.clone() };
     } else {
-        state.fit_noise(true);
+        state.fit_noise();
     }
     let mut path = vec![Step::new(state.clone(), judge)];
     let mut left = Vec::new();
@@ -57,7 +57,7 @@ pub fn identify_block(
     if remains(&base).goes.is_some() {
         let rough = material.path(&base, asked);
         let mut last = rough[rough.len() - 1].state.clone();
-        last.fit_noise(true);
+        last.fit_noise();
         if rough.len() == 1 || remains(&last).goes.is_some() {
             return reported(rough, left, asked, judge, &material);
         }
@@ -220,7 +220,7 @@ fn reported(
     let has_crossed = cross_thresholds(&mut state, outliers);
     let mut fit = if is_noise {
         if asked.noise.is_none() && (has_crossed || chosen + 1 < path.len()) {
-            state.fit_noise(true);
+            state.fit_noise();
         }
         let joint = Joint::new(&state, outliers);
         let mut fit = finish::of_noise(&state, &joint, left);

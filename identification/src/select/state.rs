@@ -94,10 +94,9 @@ impl<'a> State<'a> {
         (scene, contender)
     }
 
-    pub fn fit_noise(&mut self, anew: bool) {
+    pub fn fit_noise(&mut self) {
         let columns = self.columns(&self.terms);
-        let start = (!anew).then_some(&self.noise);
-        self.noise = self.data.residual(&columns).fit(start);
+        self.noise = self.data.residual(&columns).fit();
     }
 
     /// Tunes the numbers of every term to their best values, with the others in the fit.
@@ -329,7 +328,7 @@ impl<'a> State<'a> {
                 continue;
             }
             if !is_known {
-                next.fit_noise(true);
+                next.fit_noise();
                 // Slow noise beside the term, or in its place, may well be the whole of it.
                 let is_sure = contender.strength >= threshold + BESIDE_COLOUR;
                 let has_rival = self.noise.is_coloured() || next.noise.is_coloured();

@@ -89,7 +89,7 @@ fn with_state<T>(
         noise: noise.clone().unwrap_or_else(|| NoiseModel::white(RUNS)),
     };
     if noise.is_none() {
-        state.fit_noise(true);
+        state.fit_noise();
     }
     work(state, &Judge { data, path: None, holding: Holding::Spread })
 }

@@ -80,7 +80,7 @@ fn the_walk_of_a_heading_is_found_beside_rough_positions() {
         let block = &problem.blocks[0];
         let layout = Layout::new(block, &problem.channels);
         let residual = Residual { layout: &layout, values: &block.residual, columns: &[] };
-        let found = residual.fit(None);
+        let found = residual.fit();
         let slips = SLIPS.powi(2) / NOISE.powi(2);
         let truth = NoiseModel {
             walk: 2.0 * slips / TRACK.powi(2),

@@ -19,7 +19,7 @@ impl State<'_> {
         }
         let likelihood = |columns: &[Vec<f64>]| {
             let residual = self.data.residual(columns);
-            let mut noise = residual.fit(None);
+            let mut noise = residual.fit();
             // Only then are likelihoods those of the same observations.
             noise.left_out.clear();
             residual.log_likelihood(&noise)
