@@ -4,7 +4,7 @@ use crate::corrections::applied;
 use crate::dataset::Dataset;
 use crate::error::IdentifyError;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
-use crate::fit::{Data, combine, less};
+use crate::fit::Data;
 use crate::judge::add_driven;
 use crate::model::{Model, Shape, Term};
 use crate::noise::Layout;
@@ -36,8 +36,7 @@ fn of_block(
 
 /// Residual of a block after terms; a level counts from the start of its run.
 fn left(data: Data<'_>, terms: &(Vec<Shape>, Vec<f64>)) -> Vec<f64> {
-    let fitted = combine(&data.all_columns(&terms.0), &terms.1);
-    data.since_start(less(&data.block.residual, &fitted))
+    data.since_start(data.left(&terms.0, &terms.1))
 }
 
 /// Whether a model and data are of one kind.

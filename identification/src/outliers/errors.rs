@@ -1,7 +1,7 @@
 //! Errors of readings and of references in the order of time, as outliers are looked for in them.
 
 use super::apart::{REACH, from_neighbours};
-use crate::fit::{Data, combine, fit_terms};
+use crate::fit::{Data, fit_terms, values_of};
 use crate::model::{Acts, Shape};
 use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Aggregate, Block, Channels, Component, Problem, wrap};
@@ -63,17 +63,13 @@ pub(super) fn residual(block: &Block, channels: &Channels, terms: &[Shape]) -> E
     let layout = Layout::new(block, channels);
     let data = Data::new(block, channels, &layout);
     let fit = fit_terms(data, terms, &NoiseModel::white(layout.runs()));
-    let values: Vec<f64> =
-        fit.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
-    let fitted = combine(&data.all_columns(terms), &values);
-    let left = |(i, value): (usize, &f64)| value - fitted.get(i).copied().unwrap_or(0.0);
     let step = match block.aggregate {
         Aggregate::Row => step(&block.raw) * block.raw_si.abs(),
         _ => 0.0,
     };
     Errors {
         least: vec![0.0; block.rows.len()],
-        value: block.residual.iter().enumerate().map(left).collect(),
+        value: data.left(terms, &values_of(&fit)),
         row: block.rows.clone(),
         step,
         motion: match block.aggregate {
@@ -102,17 +98,15 @@ const RESOLVED: f64 = 1e-9;
 /// Errors of dead reckoning at each reference, in x, y and heading (as metres at a metre's distance).
 pub(super) fn poses(problem: &Problem) -> Vec<Errors> {
     let Some(path) = &problem.path else { return Vec::new() };
-    [Component::X, Component::Y, Component::Heading]
-        .map(|component| {
-            let reference = match component {
-                Component::X => &path.reference[0],
-                Component::Y => &path.reference[1],
-                Component::Heading => &path.reference[2],
-            };
-            let motion = match component {
-                Component::Heading => path.turn.clone(),
-                _ => path.distance.clone(),
-            };
+    let [x, y, heading] = &path.reference;
+    let quantities = [
+        (Component::X, x, &path.distance),
+        (Component::Y, y, &path.distance),
+        (Component::Heading, heading, &path.turn),
+    ];
+    quantities
+        .map(|(component, reference, motion)| {
+            let motion = motion.clone();
             let way: Vec<f64> = motion.iter().map(|one| one.abs()).collect();
             let way = running_total(&way);
             let mut errors =

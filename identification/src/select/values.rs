@@ -115,8 +115,7 @@ fn shrunk(
         found.coefficients.iter_mut().for_each(|(value, _)| *value *= share);
     }
     if !effects.is_empty() {
-        let fitted = combine(&data.all_columns(&state.terms[state.base..]), &values_of(&effects));
-        let rest = less(&data.block.residual, &fitted);
+        let rest = data.left(&state.terms[state.base..], &values_of(&effects));
         let White { whitener, columns, .. } = data.whitened(&state.terms[..state.base], noise);
         let mut values = robust_fit(&columns, &whitener.apply(&rest)).coefficients.into_iter();
         for (value, _) in base.iter_mut().flat_map(|found| &mut found.coefficients) {
