@@ -156,7 +156,6 @@ pub fn without_rounding(
     }
     let step = step(&block.raw)? * block.raw_si.abs();
     let mut working = block.clone();
-    let mut corrected = None;
     for _ in 0..6 {
         let layout = Layout::new(&working, channels);
         let data = Data::new(&working, channels, &layout);
@@ -180,9 +179,8 @@ pub fn without_rounding(
         let spread = found.spread.iter().enumerate();
         working.spread =
             spread.map(|(i, found)| if says(i) { *found } else { f64::INFINITY }).collect();
-        corrected = Some(());
     }
-    corrected.map(|()| (working, step))
+    Some((working, step))
 }
 
 #[cfg(test)]
