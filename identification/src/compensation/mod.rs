@@ -280,7 +280,7 @@ impl Sensor<'_> {
         if unwrapped {
             let now = reading.clone();
             reading = program.remembering("turned", reading, |before| {
-                let rise = within_half(now - before.clone(), TAU);
+                let rise = within_half(now - before.clone());
                 before + rise
             });
         }

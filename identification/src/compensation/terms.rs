@@ -127,9 +127,9 @@ pub(super) fn slope(program: &mut Program, level: &Formula, smoothing: f64) -> F
 }
 
 /// `angle` wrapped to within half a turn of zero.
-pub(super) fn within_half(angle: Formula, turn: f64) -> Formula {
-    let turns = angle.clone() / number(turn) + number(0.5);
-    angle - number(turn) * call("floor", [turns])
+pub(super) fn within_half(angle: Formula) -> Formula {
+    let turns = angle.clone() / number(TAU) + number(0.5);
+    angle - number(TAU) * call("floor", [turns])
 }
 
 /// `level` through a first-order lag.
