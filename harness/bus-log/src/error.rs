@@ -84,10 +84,6 @@ impl Defect {
     pub(super) fn advised(self, advice: &'static str) -> Self {
         Self { advice: Some(advice), ..self }
     }
-
-    pub const fn expected(&self) -> &'static str {
-        self.expected
-    }
 }
 
 impl fmt::Display for Defect {
@@ -142,10 +138,6 @@ impl LogError {
     /// Whether a file ends too early.
     pub(super) const fn is_cut(&self) -> bool {
         matches!(self, Self::Malformed { defect: Defect { is_cut: true, .. }, .. })
-    }
-
-    pub(super) fn before_1970(path: &Path, format: Format) -> Self {
-        Self::Before1970 { path: path.to_owned(), format }
     }
 
     /// Whether the caller can fix it, because the file is at fault and not the machine.

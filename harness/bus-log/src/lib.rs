@@ -270,7 +270,7 @@ impl<'w> LogWriter<'w> {
     /// When the file cannot be written, or when the entry is from before 1970, which no format can express.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         if entry.at < Timestamp::ZERO {
-            return Err(LogError::before_1970(&self.path, self.format));
+            return Err(LogError::Before1970 { path: self.path.clone(), format: self.format });
         }
         self.writer.write(entry).map_err(|source| LogError::unwritable(&self.path, source))
     }
