@@ -87,16 +87,14 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Iterator for Playable<I> {
                 Ok(entry) => entry,
                 Err(error) => return Some(Err(error)),
             };
-            if matches!(entry.payload, Payload::Serial(_)) {
-                self.left_out.packets += 1;
-                continue;
-            }
-            self.first_seen.get_or_insert(entry.channel);
-            if self.channel.is_some_and(|channel| channel != entry.channel) {
-                self.left_out.other_channels += 1;
-                continue;
+            if !matches!(entry.payload, Payload::Serial(_)) {
+                self.first_seen.get_or_insert(entry.channel);
             }
             match entry.payload {
+                Payload::Serial(_) => self.left_out.packets += 1,
+                _ if self.channel.is_some_and(|channel| channel != entry.channel) => {
+                    self.left_out.other_channels += 1;
+                }
                 Payload::Frame(frame) if frame.fd_flags().is_some() && !self.fd => {
                     self.left_out.fd_frames += 1;
                 }
@@ -105,7 +103,6 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Iterator for Playable<I> {
                     return Some(Ok(entry));
                 }
                 Payload::Error(_) => self.left_out.error_frames += 1,
-                Payload::Serial(_) => self.left_out.packets += 1,
             }
         }
     }
