@@ -28,13 +28,9 @@ enum Next {
 }
 
 impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
-    /// Starts with the first entry at `start`.
-    pub fn new(entries: I, start: Timestamp) -> Self {
-        Self::at_speed(entries, start, 1.0)
-    }
-
-    /// Like [`Self::new`], but `speed` times as fast; an invalid or non-positive speed counts as 1.
-    pub fn at_speed(entries: I, start: Timestamp, speed: f64) -> Self {
+    /// Starts with the first entry at `start`; `speed` times as fast as it was logged. An invalid or non-positive speed
+    /// counts as 1.
+    pub fn new(entries: I, start: Timestamp, speed: f64) -> Self {
         let speed = if speed.is_finite() && speed > 0.0 { speed } else { 1.0 };
         let mut replay = Self { entries, start, speed, origin: None, next: Next::Ended };
         replay.next = replay.fetch(start);
@@ -126,10 +122,10 @@ mod tests {
     #[test]
     fn entries_are_due_as_far_apart_as_they_were() {
         let log = entries(&[0, 20, 20, 15, 40]);
-        assert_eq!(due_ms(Replay::new(log.into_iter(), START)), [0, 20, 20, 20, 40]);
+        assert_eq!(due_ms(Replay::new(log.into_iter(), START, 1.0)), [0, 20, 20, 20, 40]);
         let log = entries(&[5, 25, 45]);
-        assert_eq!(due_ms(Replay::at_speed(log.into_iter(), START, 2.0)), [0, 10, 20]);
-        assert!(due_ms(Replay::new(entries(&[]).into_iter(), START)).is_empty());
+        assert_eq!(due_ms(Replay::new(log.into_iter(), START, 2.0)), [0, 10, 20]);
+        assert!(due_ms(Replay::new(entries(&[]).into_iter(), START, 1.0)).is_empty());
     }
 
     #[test]
@@ -137,7 +133,7 @@ mod tests {
         let mut log = entries(&[0]);
         let source = std::io::ErrorKind::NotFound.into();
         log.push(Err(LogError::Unreadable { path: "x.log".into(), source }));
-        let mut replay = Replay::new(log.into_iter(), START);
+        let mut replay = Replay::new(log.into_iter(), START, 1.0);
         assert!(replay.transmit(START).unwrap().is_some());
         assert!(replay.next_wakeup() <= START);
         assert!(replay.transmit(START).is_err());

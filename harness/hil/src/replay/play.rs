@@ -108,7 +108,7 @@ pub async fn play<I: Iterator<Item = Result<Entry, LogError>>>(
         Err(ending) => (ending, entries),
         Ok(()) => {
             start = clock.now() + LEAD;
-            let mut replay = Replay::at_speed(entries, start, setup.speed);
+            let mut replay = Replay::new(entries, start, setup.speed);
             let ending = loop {
                 // Read ahead of time, so that reading does not delay the frame.
                 let entry = match replay.transmit(replay.next_wakeup()) {
