@@ -2,7 +2,7 @@
 
 use super::super::Format;
 use super::super::error::{Defect, LogError, Place};
-use super::BLOCK_HEAD_BYTES;
+use super::{BLOCK_HEAD_BYTES, FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -13,6 +13,10 @@ const DATA_MAX: usize = 256;
 
 /// Most bytes of a block that is read completely: a table of values, a text.
 const WHOLE_BYTES_MAX: u64 = 4 << 20;
+
+/// Unfinished parts that do not matter here: counts of records, the length of the last data block, and the bytes of a
+/// variable-length group.
+const UNFINISHED: u16 = 0x2f;
 
 /// Bytes with random access.
 pub trait Input: Read + Seek + fmt::Debug {}
@@ -38,10 +42,32 @@ pub(super) struct Block {
 }
 
 impl<'s> Source<'s> {
-    pub(super) fn new(path: &Path, mut input: impl Input + 's) -> Result<Self, LogError> {
+    /// Opens a file; returns its header, too, and whether its writer did not finish it.
+    pub(super) fn open(
+        path: &Path,
+        mut input: impl Input + 's,
+    ) -> Result<(Self, Block, bool), LogError> {
         let length = input.seek(SeekFrom::End(0));
         let length = length.map_err(|source| LogError::unreadable(path, source))?;
-        Ok(Self { path: path.to_owned(), input: Box::new(input), length })
+        let mut source = Self { path: path.to_owned(), input: Box::new(input), length };
+        let mut head = [0; IDENTIFICATION_BYTES];
+        source.at(0, &mut head)?;
+        let is_finished = head.starts_with(FILE_MARK);
+        let version = u16::from_le_bytes([head[28], head[29]]);
+        let unfinished = u16::from_le_bytes([head[60], head[61]]);
+        if !is_finished && !head.starts_with(UNFINISHED_MARK) {
+            let found = String::from_utf8_lossy(&head[..8]);
+            return source.bad(0, "`MDF` and its version", found.as_bytes());
+        }
+        if !(400..500).contains(&version) {
+            return source.bad(0, "version 4 of MDF", format!("version {version}"));
+        }
+        if !is_finished && unfinished & !UNFINISHED != 0 {
+            let found = format!("flags {unfinished:#06x}");
+            return source.bad(0, "a file that its logger finished", found);
+        }
+        let header = source.block(IDENTIFICATION_BYTES as u64, "##HD")?;
+        Ok((source, header, !is_finished))
     }
 
     pub(super) const fn length(&self) -> u64 {

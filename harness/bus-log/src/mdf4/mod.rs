@@ -43,7 +43,6 @@ mod groups;
 mod head;
 mod laid;
 mod lost;
-mod opening;
 mod output;
 mod read;
 mod stream;

@@ -6,7 +6,6 @@ use super::super::error::LogError;
 use super::blocks::{Input, Source};
 use super::groups;
 use super::lost;
-use super::opening::{Opened, open};
 use super::stream::Stream;
 use std::path::Path;
 
@@ -29,8 +28,7 @@ impl<'s> Reader<'s> {
     /// # Errors
     /// When the file does not begin like an MDF file.
     pub(crate) fn new(path: &Path, input: impl Input + 's) -> Result<Self, LogError> {
-        let mut source = Source::new(path, input)?;
-        let Opened { is_unfinished, header } = open(&mut source)?;
+        let (mut source, header, is_unfinished) = Source::open(path, input)?;
         let Ok(began) = i64::try_from(header.u64(0)) else {
             return source.bad(header.address, "a begin before 2262", header.u64(0).to_string());
         };

@@ -3,7 +3,6 @@
 use super::super::super::Format;
 use super::super::super::error::LogError;
 use super::super::blocks::{Input, Source};
-use super::super::opening::{Opened, open};
 use super::contents::{self, Group};
 use super::records::{PARTS_MAX, Records};
 use super::values::{Cell, Values};
@@ -43,8 +42,7 @@ impl<'s> Reader<'s> {
             return Err(LogError::Empty { path: path.to_owned(), format: Format::Mdf4 });
         }
         let _ = input.rewind();
-        let mut source = Source::new(path, input)?;
-        let Opened { is_unfinished, header } = open(&mut source)?;
+        let (mut source, header, is_unfinished) = Source::open(path, input)?;
         let groups = contents::all(&mut source, header.link(0))?;
         Ok(Self { source, groups, is_unfinished })
     }
