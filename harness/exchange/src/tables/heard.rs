@@ -15,7 +15,6 @@ const BASE_LINE: &str = "base";
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heard<'a> {
-    pub device: Device,
     pub who: &'a str,
     /// The line that it was sent on, if it has a name.
     pub line: Option<&'a str>,
@@ -87,11 +86,10 @@ impl Ears {
     /// Passes on each message that a record completes; `header` is that of the records.
     pub fn take(&mut self, record: &Record, header: &Header, each: &mut dyn FnMut(&Heard<'_>)) {
         let Self { forms, base, voices } = self;
-        let device = record.device;
-        let (who, line) = (header.name_of(device), header.line_of(device));
+        let (who, line) = (header.name_of(record.device), header.line_of(record.device));
         let mut told = |index: usize, values: Vec<Option<f64>>| {
             if let Some(form) = forms.get(index) {
-                each(&Heard { device, who, line, index, form, values });
+                each(&Heard { who, line, index, form, values });
             }
         };
         // Other nodes on other lines may have its identifiers.
