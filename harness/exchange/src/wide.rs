@@ -1,8 +1,7 @@
 //! Quantities and messages as separate tables, with a column per tag or signal, for formats with many tables.
 
 use crate::mcap::names::Names;
-use crate::tables::cell::{Cell, Column, Kind};
-use crate::tables::row::time;
+use crate::tables::cell::{Cell, Column, Kind, time};
 use crate::tables::survey::Survey;
 use crate::tables::{MessageForm, Row, Table, tagged};
 use plan::observation::Observation;

@@ -1,7 +1,6 @@
 //! Turns rows into records of channel groups.
 
-use crate::tables::cell::{self, Cell, Column};
-use crate::tables::row::time;
+use crate::tables::cell::{self, Cell, Column, time};
 use crate::tables::survey::Survey;
 use crate::tables::{Heard, Row, RowSink, Table};
 use crate::wide::{Observed, with_signals};

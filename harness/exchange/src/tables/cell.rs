@@ -1,6 +1,7 @@
-//! Cells and columns of tables, independent of the file format.
+//! Cells, rows and columns of tables, independent of the file format.
 
 use std::borrow::Cow;
+use wire::time::Timestamp;
 
 wire::tabled! {
     /// Type of the values of a column.
@@ -57,6 +58,12 @@ impl From<bool> for Cell<'_> {
     fn from(yes: bool) -> Self {
         Self::Bool(yes)
     }
+}
+
+pub type Row<'a> = Vec<Cell<'a>>;
+
+pub(crate) fn time<'a>(at: Timestamp) -> Cell<'a> {
+    at.as_secs_f64().into()
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]

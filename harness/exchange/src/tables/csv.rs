@@ -1,7 +1,6 @@
 //! A table as CSV (RFC 4180): UTF-8, a header row, line feeds.
 
-use super::cell::{Cell, Column};
-use super::row::Row;
+use super::cell::{Cell, Column, Row};
 use std::io::Write;
 
 #[derive(Debug)]

@@ -1,7 +1,6 @@
 //! The table of events: one row per event, with a description.
 
-use super::cell::Cell;
-use super::row::{Row, time};
+use super::cell::{Cell, Row, time};
 use controller::mission::Report;
 use record::FaultEvent;
 use record::outcome::{PropertySummary, Summary};

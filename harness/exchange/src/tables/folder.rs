@@ -1,12 +1,11 @@
 //! The folder of a run's tables.
 
 use super::Format;
-use super::cell::Column;
+use super::cell::{Column, Row};
 use super::columns::Table;
 use super::csv::CsvTable;
 use super::package::{PACKAGE, file_name, is_ours, package};
 use super::parquet::ParquetTable;
-use super::row::Row;
 use super::rows::RowSink;
 use super::survey::Survey;
 use crate::exported::{Boxed, ExportError};

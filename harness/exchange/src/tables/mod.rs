@@ -18,17 +18,16 @@ mod forms;
 mod heard;
 mod package;
 pub mod parquet;
-pub(crate) mod row;
 pub(crate) mod rows;
 pub mod survey;
 #[cfg(test)]
 mod tests;
 
+pub use cell::Row;
 pub use columns::{Table, tagged};
 pub use forms::{MessageForm, SignalForm};
 pub use heard::{Ears, Heard};
 pub use package::{PACKAGE, PROFILE};
-pub use row::Row;
 pub use rows::{RowSink, Rows};
 
 use crate::{ExportError, Exported};

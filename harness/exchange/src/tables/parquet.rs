@@ -3,8 +3,7 @@
 //! Every column is optional. Units and meanings of the columns are in the file's metadata under the key `hil.columns`,
 //! as JSON: `{"x_m": {"unit": "m", "description": "..."}}`.
 
-use super::cell::{Cell, Column, Kind};
-use super::row::Row;
+use super::cell::{Cell, Column, Kind, Row};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;

@@ -1,10 +1,9 @@
 //! Turns records into rows of tables.
 
-use super::cell::Cell;
+use super::cell::{Cell, Row, time};
 use super::columns::Table;
 use super::events::{self, Event};
 use super::heard::{Ears, Heard};
-use super::row::{Row, time};
 use super::survey::Survey;
 use controller::health::Health;
 use controller::mission::{Report, State};
