@@ -12,16 +12,14 @@ pub const ERROR: c_int = 3;
 /// Receiver of log messages.
 pub type Tell = Box<dyn Fn(&CStr)>;
 
+fn say(tell: &Tell, why: &str) {
+    tell(&CString::new(why.replace('\0', " ")).unwrap_or_default());
+}
+
 /// What a `fmi2Component` or `fmi3Instance` points to.
 pub struct Instance {
     pub unit: Unit,
     tell: Tell,
-}
-
-impl Instance {
-    fn tell(&self, why: &str) {
-        (self.tell)(&CString::new(why.replace('\0', " ")).unwrap_or_default());
-    }
 }
 
 /// A text from C; empty for null.
@@ -42,7 +40,7 @@ pub fn instantiate(resources: &Path, tell: Tell) -> *mut c_void {
             Box::into_raw(Box::new(Instance { unit: Unit::new(description), tell })).cast()
         }
         Err(why) => {
-            tell(&CString::new(why.replace('\0', " ")).unwrap_or_default());
+            say(&tell, &why);
             std::ptr::null_mut()
         }
     }
@@ -76,7 +74,7 @@ pub unsafe fn with(
     match done.unwrap_or_else(|_| Err("it panicked".to_owned())) {
         Ok(()) => OK,
         Err(why) => {
-            instance.tell(&why);
+            say(&instance.tell, &why);
             ERROR
         }
     }
