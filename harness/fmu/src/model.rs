@@ -155,9 +155,7 @@ impl Variable {
         })?;
         Ok(Self { public, reference, kind })
     }
-}
 
-impl Variable {
     pub const fn place(&self) -> (u32, Kind) {
         (self.reference, self.kind)
     }

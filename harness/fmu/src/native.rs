@@ -240,6 +240,12 @@ impl Instance {
         let prefix = self.calls().prefix();
         Err(format!("{prefix}{name} returned {status}{}", behind(&self.log.take())))
     }
+
+    fn about(&self, variable: usize, error: &str) -> String {
+        let variable = &self.model.variables[variable];
+        let (kind, name) = (self.calls().type_name(variable.kind), &variable.public.name);
+        error.replacen("et returned", &format!("et{kind} of `{name}` returned"), 1)
+    }
 }
 
 fn behind(message: &str) -> String {
@@ -292,14 +298,6 @@ impl FmuInstance for Instance {
             }
             _ => Ok(()),
         }
-    }
-}
-
-impl Instance {
-    fn about(&self, variable: usize, error: &str) -> String {
-        let variable = &self.model.variables[variable];
-        let (kind, name) = (self.calls().type_name(variable.kind), &variable.public.name);
-        error.replacen("et returned", &format!("et{kind} of `{name}` returned"), 1)
     }
 }
 
