@@ -2,12 +2,10 @@
 
 use super::{BytePort, Counters, FramePort, PortError};
 
-/// Carries bytes or frames.
 #[derive(Debug)]
 pub enum AnyPort {
     /// Boxed, because it is larger than the other variant.
     Bytes(Box<BytePort>),
-    /// Frames of a bus.
     Frames(FramePort),
 }
 
@@ -31,7 +29,6 @@ impl AnyPort {
         }
     }
 
-    /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         match self {
             Self::Bytes(port) => port.counters(),

@@ -7,16 +7,13 @@ use super::serial::{SerialEvent, SerialPort};
 use super::spec::PortSpec;
 use wire::serial::SerialSettings;
 
-/// A port for bytes.
 #[derive(Debug)]
 pub enum BytePort {
     /// A pty whose other side another program opens.
     Pty(PtyPort),
-    /// A serial port.
     Serial(SerialPort),
 }
 
-/// Events of a port for bytes.
 pub type ByteEvent = SerialEvent;
 
 impl BytePort {
@@ -77,7 +74,6 @@ impl BytePort {
         }
     }
 
-    /// Traffic and losses of the port.
     pub const fn counters(&self) -> Counters {
         match self {
             Self::Pty(port) => port.counters(),

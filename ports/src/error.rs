@@ -7,10 +7,8 @@ use rustix::io::Errno;
 use std::fmt;
 use std::io;
 
-/// Reason why a port is not open.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PortError {
-    /// No pty is available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Pty(#[from] PtyError),
@@ -22,9 +20,7 @@ pub enum PortError {
     #[error("failed to open {spec} for {wanted}")]
     #[diagnostic(help("name one of these: {known}"))]
     WrongKind {
-        /// The port.
         spec: String,
-        /// What the port should carry.
         wanted: &'static str,
         /// The kinds of port that carry this.
         known: &'static str,
@@ -33,57 +29,37 @@ pub enum PortError {
     #[error("failed to open {port}: SLCAN has no {bit_rate} bit/s")]
     #[diagnostic(help("say at what the adapter is to run: `slcan:{port}?bitrate=500000`"))]
     NoBitRate {
-        /// The adapter's serial port.
         port: String,
         /// Bits per second of the bus.
         bit_rate: u32,
     },
-    /// There is no such file.
     #[error("failed to open the serial port {port}: there is no such device")]
     #[diagnostic(help(
         "check the spelling and the plug: `ls -l /dev/serial/by-id` lists USB adapters, `hil doctor` \
          all ports"
     ))]
-    NoDevice {
-        /// The path.
-        port: String,
-    },
-    /// The user has no permission to open it.
+    NoDevice { port: String },
     #[error("failed to open the serial port {port}: permission denied")]
     #[diagnostic(help(
         "its group must contain you: `ls -l {port}` shows the group, often dialout; then `sudo usermod \
          -aG dialout $USER` and log in again"
     ))]
-    Denied {
-        /// The path.
-        port: String,
-    },
+    Denied { port: String },
     /// Another program, or another port of this bench, uses it.
     #[error("failed to open the serial port {port}: it is in use")]
     #[diagnostic(help(
         "`fuser -v {port}` tells by whom; two roles of a bench cannot share a port; to listen beside \
          another program, add exclusive=no on both sides"
     ))]
-    Busy {
-        /// The path.
-        port: String,
-    },
+    Busy { port: String },
     /// The port rejects its settings, or is not a serial port.
     #[error("failed to set up the serial port {port}")]
     #[diagnostic(help("check that it is a serial port and can do {settings}: `stty -F {port}`"))]
-    Settings {
-        /// The path.
-        port: String,
-        /// The requested settings.
-        settings: String,
-        /// The reason.
-        source: io::Error,
-    },
+    Settings { port: String, settings: String, source: io::Error },
     /// No adapter has this USB id.
     #[error("failed to find the USB adapter {id}: none is plugged in")]
     #[diagnostic(help("plugged in: {there}"))]
     NoUsb {
-        /// The id.
         id: String,
         /// The existing adapters.
         there: String,
@@ -92,67 +68,42 @@ pub enum PortError {
     #[error("failed to choose among several USB adapters {id}")]
     #[diagnostic(help("name one by its serial number or its path: {there}"))]
     SeveralUsb {
-        /// The id.
         id: String,
         /// The matching adapters.
         there: String,
     },
-    /// The kernel has no CAN.
     #[error("failed to open the CAN interface {interface}: this kernel has no CAN sockets")]
     #[diagnostic(help(
         "`sudo modprobe can_raw vcan`; without rights for that, a CAN bus also crosses a pty (slcan-pty)"
     ))]
-    NoCan {
-        /// The interface.
-        interface: String,
-    },
+    NoCan { interface: String },
     /// There is no such interface, or it is not a CAN interface.
     #[error("failed to find the CAN interface {interface}")]
     #[diagnostic(help(
         "`ip -brief link show type can` and `type vcan` list them; a virtual one is made by `sudo ip \
          link add dev {interface} type vcan`"
     ))]
-    NoInterface {
-        /// The interface.
-        interface: String,
-    },
-    /// The interface is down.
+    NoInterface { interface: String },
     #[error("failed to open the CAN interface {interface}: it is down")]
     #[diagnostic(help(
         "`sudo ip link set {interface} up`; a real one first wants its bitrate: `sudo ip link set \
          {interface} type can bitrate 500000`"
     ))]
-    InterfaceDown {
-        /// The interface.
-        interface: String,
-    },
+    InterfaceDown { interface: String },
     /// The interface opens, but a required setting fails.
     #[error("failed to {step} the CAN interface {interface}")]
-    Can {
-        /// The failed step.
-        step: &'static str,
-        /// The interface.
-        interface: String,
-        /// The reason.
-        source: io::Error,
-    },
+    Can { step: &'static str, interface: String, source: io::Error },
     /// The adapter does not obey a command.
     #[error("failed to open the bus of the CAN adapter {port}: it refused to {command}")]
     #[diagnostic(help(
         "is it a slcan adapter, and can it do this bitrate? Unplug it and plug it in again, or choose \
          another with ?bitrate="
     ))]
-    AdapterRefused {
-        /// The adapter's port.
-        port: String,
-        /// The command.
-        command: &'static str,
-    },
+    AdapterRefused { port: String, command: &'static str },
     /// The adapter disappeared during its setup.
     #[error("failed to set up the CAN adapter {port}")]
     #[diagnostic(help("plug it in again: `ls -l /dev/serial/by-id` lists USB adapters"))]
     AdapterLost {
-        /// The adapter's port.
         port: String,
         /// The kind of loss.
         source: PortLost,
@@ -161,7 +112,6 @@ pub enum PortError {
     #[error("failed to reopen {port}: it stayed away for {} s", TOTAL_MAX.as_secs())]
     #[diagnostic(help("is it plugged in, and its interface up? `hil doctor` lists what is there"))]
     GivenUp {
-        /// The port.
         port: String,
         /// The error of the last attempt.
         #[source]

@@ -3,7 +3,6 @@
 use wire::can::CanFrame;
 use wire::can_error::CanErrorEvent;
 
-/// Events of a port for frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameEvent {
     /// A frame from the bus.

@@ -9,10 +9,8 @@ use wire::can::{BitRates, CanFrame};
 use wire::slcan::BitRate;
 use wire::time::Timestamp;
 
-/// A port for frames.
 #[derive(Debug)]
 pub enum FramePort {
-    /// An interface of the kernel.
     Can(Box<CanSocketPort>),
     /// Uses an adapter.
     SlcanHost(Box<SlcanHost>),
@@ -102,7 +100,6 @@ impl FramePort {
         }
     }
 
-    /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         match self {
             Self::Can(port) => port.counters(),

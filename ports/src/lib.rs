@@ -15,6 +15,8 @@
 //! [`spec`]: names of ports. [`pty`], [`serial`], [`can_socket`]: the media. [`unix_socket`]: a source of requests,
 //! not of traffic.
 
+#![allow(missing_docs, reason = "a crate of this workspace, which `harness` does not export")]
+
 mod any;
 mod attempts;
 mod bytes;

@@ -33,7 +33,6 @@ pub const DATA_BITS: RangeInclusive<u8> = 5..=8;
 /// Longest name of a network interface (`IFNAMSIZ` of `linux/if.h`, less the final zero).
 pub const INTERFACE_LEN_MAX: usize = 15;
 
-/// A port of a bench.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum PortSpec {
@@ -42,7 +41,6 @@ pub enum PortSpec {
         /// Path of a symbolic link to the other side.
         link: Option<PathBuf>,
     },
-    /// A serial port.
     Serial(SerialSpec),
     /// A CAN interface of the kernel (SocketCAN).
     Can {
@@ -51,7 +49,6 @@ pub enum PortSpec {
     },
     /// A CAN adapter on a serial port, used from here.
     Slcan {
-        /// The adapter's port.
         serial: SerialSpec,
         /// The bit rate of the bus.
         bitrate: Option<BitRate>,
@@ -63,16 +60,13 @@ pub enum PortSpec {
     },
 }
 
-/// A serial port and its settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SerialSpec {
-    /// The port.
     pub device: SerialDevice,
     /// The given settings.
     pub options: SerialOptions,
 }
 
-/// Identification of a serial port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SerialDevice {
     /// A path such as `/dev/ttyUSB0`.
@@ -84,7 +78,6 @@ pub enum SerialDevice {
 /// Identification of a USB adapter, as shown by `lsusb`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbId {
-    /// Vendor.
     pub vendor: u16,
     /// Product.
     pub product: u16,
@@ -92,14 +85,12 @@ pub struct UsbId {
     pub serial_number: Option<String>,
 }
 
-/// The given settings of a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SerialOptions {
     /// Bits per second, within [`BAUD`].
     pub baud: Option<u32>,
     /// Data bits, within [`DATA_BITS`].
     pub data_bits: Option<u8>,
-    /// Parity.
     pub parity: Option<Parity>,
     /// Stop bits, 1 or 2.
     pub stop_bits: Option<u8>,
@@ -113,7 +104,6 @@ wire::words! {
     /// Flow control of a serial port.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
     pub enum Flow {
-        /// None.
         #[default]
         None = "none",
         /// XON and XOFF: these two bytes cannot be data.

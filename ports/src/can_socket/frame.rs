@@ -4,10 +4,8 @@ use socketcan::{CanAnyFrame, CanFdFrame, CanRawFrame, EmbeddedFrame as _};
 use wire::can::{CanFrame, FdFlags};
 use wire::can_error::{CanErrorEvent, ERROR_FLAG};
 
-/// Result of a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Heard {
-    /// A frame.
     Frame(CanFrame),
     /// The interface's report on the bus.
     Error(CanErrorEvent),
@@ -15,7 +13,6 @@ pub enum Heard {
     Unsupported,
 }
 
-/// Converts a frame of a raw socket.
 pub fn from_socket(frame: &CanRawFrame) -> Heard {
     let (id, fd, length, data): (u32, Option<FdFlags>, u8, &[u8]) = match frame {
         CanRawFrame::Classic(frame) => (frame.can_id, None, frame.can_dlc, &frame.data),

@@ -16,16 +16,13 @@ const TYPE_CAN: u64 = 280;
 /// Size of a CAN FD frame (`CANFD_MTU` of `linux/can.h`).
 const MTU_FD: u64 = 72;
 
-/// A network interface by its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Interface(String);
 
-/// State of an interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InterfaceState {
     /// There is no CAN interface of this name.
     Missing,
-    /// It exists and is down.
     Down,
     /// It is up, or its state is unknown (`/sys` is not mounted).
     Up,
@@ -37,12 +34,10 @@ impl Interface {
         Self(name.to_owned())
     }
 
-    /// Its name.
     pub fn name(&self) -> &str {
         &self.0
     }
 
-    /// The current state.
     pub fn state(&self) -> InterfaceState {
         if !PathBuf::from("/sys/class/net").is_dir() {
             return InterfaceState::Up;

@@ -37,7 +37,6 @@ const LOOK_PERIOD: Duration = Duration::from_millis(50);
 /// Number of values returned by `SO_MEMINFO` (`SK_MEMINFO_VARS` of `linux/sock_diag.h`).
 const MEMINFO_VARS: usize = 9;
 
-/// A CAN interface in use.
 #[derive(Debug)]
 pub struct CanSocketPort {
     interface: Interface,
@@ -65,7 +64,6 @@ impl CanSocketPort {
         Ok(Self { interface, link, look: None, next: None, attempts, counters, dropped_before })
     }
 
-    /// The name of the interface.
     pub fn interface(&self) -> &str {
         self.interface.name()
     }
@@ -186,7 +184,6 @@ impl CanSocketPort {
         Ok(())
     }
 
-    /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         let dropped = match &self.link {
             Ok(socket) => {

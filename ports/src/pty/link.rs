@@ -3,30 +3,17 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The directory of ptys.
 const PTS: &str = "/dev/pts/";
 
-/// Reason why the link could not be made.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LinkError {
     /// Something else has this name. It is not touched.
     #[error("failed to make the link {}: {there} is there", link.display())]
     #[diagnostic(help("choose another path, or, if nobody needs it: `rm {}`", link.display()))]
-    Taken {
-        /// The link.
-        link: PathBuf,
-        /// What has this name.
-        there: String,
-    },
-    /// The system refuses.
+    Taken { link: PathBuf, there: String },
     #[error("failed to make the link {}", link.display())]
     #[diagnostic(help("does its folder exist, and is it yours to write?"))]
-    System {
-        /// The link.
-        link: PathBuf,
-        /// The reason.
-        source: io::Error,
-    },
+    System { link: PathBuf, source: io::Error },
 }
 
 /// A link to the other side of a pty; removed on drop unless it points elsewhere by then.
@@ -58,7 +45,6 @@ impl PtyLink {
         Ok(made)
     }
 
-    /// Its path, as given.
     pub fn path(&self) -> &Path {
         &self.link
     }

@@ -20,7 +20,6 @@ use std::os::fd::{AsFd, OwnedFd};
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
-/// Reason why no pty is available.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[error("failed to {step} a pty")]
 #[diagnostic(help("is devpts mounted on /dev/pts, and is there room (`sysctl kernel.pty`)?"))]
@@ -145,7 +144,6 @@ pub struct Ends {
     pub master: OwnedFd,
     /// The side that is opened like a serial port.
     pub slave: OwnedFd,
-    /// The path of the slave.
     pub path: String,
 }
 

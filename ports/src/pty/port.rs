@@ -75,7 +75,6 @@ impl PtyPort {
         taken
     }
 
-    /// Traffic and losses of the port.
     pub const fn counters(&self) -> Counters {
         self.counters
     }

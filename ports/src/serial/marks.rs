@@ -16,7 +16,6 @@ pub enum Heard {
     Bytes(Packet),
     /// The next byte arrived with a framing or parity error.
     LineError,
-    /// A break.
     Break,
 }
 

@@ -25,7 +25,6 @@ use wire::serial::SerialSettings;
 
 const READ_BYTES: usize = 1_024;
 
-/// Events of a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SerialEvent {
     /// At least one byte.
@@ -34,7 +33,6 @@ pub enum SerialEvent {
     Break,
 }
 
-/// A serial port in use.
 #[derive(Debug)]
 pub struct SerialPort {
     spec: SerialSpec,
@@ -73,7 +71,6 @@ impl SerialPort {
         })
     }
 
-    /// The current settings.
     pub const fn settings(&self) -> SerialSettings {
         self.settings
     }
@@ -159,7 +156,6 @@ impl SerialPort {
         Ok(())
     }
 
-    /// Traffic and losses of the port.
     pub const fn counters(&self) -> Counters {
         self.counters
     }

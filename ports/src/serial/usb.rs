@@ -6,12 +6,9 @@ use std::fmt;
 use std::path::Path;
 use tokio_serial::SerialPortType;
 
-/// A connected USB adapter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbAdapter {
-    /// Its id.
     pub id: UsbId,
-    /// Its product name, if any.
     pub product: Option<String>,
     /// Its port, such as `/dev/ttyUSB0`.
     pub path: String,

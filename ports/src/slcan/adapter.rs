@@ -40,7 +40,6 @@ impl SlcanAdapter {
         })
     }
 
-    /// The path for the other side.
     pub fn far_path(&self) -> &str {
         self.pty.far_path()
     }

@@ -11,7 +11,6 @@ use std::str::FromStr;
 use wire::serial::Parity;
 use wire::slcan::BitRate;
 
-/// Reason why a string does not name a port.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
 #[error("failed to read the port {spec:?}: {wrong}")]
 pub struct SpecError {
