@@ -28,7 +28,7 @@ static SHIM: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/shim.so"));
 /// The tracer, for programs that load nothing; empty if this machine is not supported.
 static TRACER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/tracer"));
 
-/// Default date at the start of a run: 2023-11-14 22:13:20 UTC, in nanoseconds since 1970.
+/// Date at the start of a run: 2023-11-14 22:13:20 UTC, in nanoseconds since 1970.
 const REALTIME_NS: i64 = 1_700_000_000_000_000_000;
 /// The kernel's limit for interface names (`IFNAMSIZ`).
 const INTERFACE_BYTES_MAX: usize = 15;
@@ -110,14 +110,12 @@ pub struct Program {
     words: Vec<String>,
     ports: Vec<Declared>,
     environment: Vec<(OsString, OsString)>,
-    folder: Option<PathBuf>,
     stdin: Vec<u8>,
     talks: bool,
     output: Output,
     limit: Duration,
     stop: Arc<AtomicBool>,
     processes_max: usize,
-    realtime_ns: i64,
     spin_questions: u32,
     spin_step: Span,
 }
@@ -129,14 +127,12 @@ impl Program {
             words: words.into_iter().map(Into::into).collect(),
             ports: Vec::new(),
             environment: Vec::new(),
-            folder: None,
             stdin: Vec::new(),
             talks: false,
             output: Output::default(),
             limit: Duration::from_secs(30),
             stop: Arc::default(),
             processes_max: 64,
-            realtime_ns: REALTIME_NS,
             spin_questions: 10_000,
             spin_step: Span::from_micros(10),
         }
@@ -169,12 +165,6 @@ impl Program {
     /// Adds a variable to the inherited environment.
     pub fn env(mut self, name: impl Into<OsString>, value: impl Into<OsString>) -> Self {
         self.environment.push((name.into(), value.into()));
-        self
-    }
-
-    /// Sets the working directory; by default the harness's own.
-    pub fn folder(mut self, folder: impl Into<PathBuf>) -> Self {
-        self.folder = Some(folder.into());
         self
     }
 
@@ -212,12 +202,6 @@ impl Program {
     /// Sets the most processes at once; 64 by default.
     pub fn processes_max(mut self, count: usize) -> Self {
         self.processes_max = count;
-        self
-    }
-
-    /// Sets the date at the start of the run, in nanoseconds since 1970-01-01 UTC; 2023-11-14 22:13:20 UTC by default.
-    pub fn realtime_ns(mut self, since_1970: i64) -> Self {
-        self.realtime_ns = since_1970;
         self
     }
 
@@ -259,7 +243,7 @@ impl Program {
         let (ports, mut declarations) = self.open_ports(&link)?;
         let step_ns = self.spin_step.as_nanos().max(1);
         // Writing to a String does not fail.
-        let _ = writeln!(declarations, "realtime {}", self.realtime_ns);
+        let _ = writeln!(declarations, "realtime {REALTIME_NS}");
         let _ = writeln!(declarations, "spin {} {step_ns}", self.spin_questions);
         let listener = UnixListener::bind(&link).map_err(failed_to("make a socket"))?;
         let (talk, stdin, talk_out) = if self.talks {
@@ -285,9 +269,6 @@ impl Program {
         };
         command.args(arguments).envs(self.environment).env("HIL_LOCKSTEP", link);
         command.stdin(stdin).stdout(stdout).stderr(stderr).process_group(0);
-        if let Some(folder) = self.folder {
-            command.current_dir(folder);
-        }
         let place = Place::take();
         let first = Spawned::start(command).map_err(failed_to("start the program"))?;
         let (limit, processes_max, talks) = (self.limit, self.processes_max, self.talks);
