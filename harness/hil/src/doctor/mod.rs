@@ -17,7 +17,6 @@ pub mod programs;
 pub mod pty;
 pub mod serial;
 pub mod show;
-mod table;
 #[cfg(test)]
 mod tests;
 

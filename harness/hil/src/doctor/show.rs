@@ -1,10 +1,14 @@
 //! Output of findings for a terminal and for a program.
 
-use super::table::findings_table;
 use super::{Facts, Finding, Status, outcome};
+use comfy_table::{Cell, Color};
+use record::text::name_of;
 use serde::Serialize;
 use std::fmt::Write as _;
-use views::console::{Style, printable};
+use views::console::{Style, in_cell, keep_whole, lines, printable};
+
+/// Columns that must not wrap: subject and status, which are short.
+const WHOLE_COLUMNS: [usize; 2] = [0, 1];
 
 /// Formats all findings as a table, then the fix for each gap, needed ones first.
 pub fn text(findings: &[Finding], style: Style) -> String {
@@ -38,6 +42,23 @@ pub fn text(findings: &[Finding], style: Style) -> String {
     };
     let _ = writeln!(text, "\n{closing}; exit status {}", outcome(findings).exit_status());
     text
+}
+
+/// Formats the table, one line per finding.
+fn findings_table(findings: &[Finding], style: Style) -> String {
+    let mut table = style.table(&["subject", "status", "found"]);
+    for Finding { subject, status, what, .. } in findings {
+        let colour = match status {
+            Status::Good => Color::Green,
+            Status::Optional => Color::Yellow,
+            Status::Missing => Color::Red,
+        };
+        let word = Cell::new(name_of(status));
+        let word = if style.colour { word.fg(colour) } else { word };
+        table.add_row([Cell::new(in_cell(subject)), word, Cell::new(in_cell(what))]);
+    }
+    keep_whole(&mut table, &WHOLE_COLUMNS, style);
+    lines(&table)
 }
 
 /// Formats everything for a program: `outcome`, `findings` and the `facts` behind them.
