@@ -3,12 +3,8 @@
 //! The observations and their conditions select the figures: any plan with the same observations gets them. Values of
 //! the paper are dashed and in a colour of their own; the plan's bands are drawn as everywhere.
 
-mod drift;
-mod lap_error;
-mod returns;
-mod scale_factor;
-mod static_bias;
-mod table_error;
+mod gyro;
+mod laps;
 #[cfg(test)]
 mod tests;
 
@@ -41,7 +37,6 @@ impl<'a> Source<'a> {
         found.map_or(&[], |quantity| &quantity.bands)
     }
 
-    /// Returns the observations that `keep` accepts.
     fn only(self, quantity: &str, keep: impl Fn(&Sample) -> bool) -> Vec<Sample> {
         self.samples(quantity).iter().filter(|sample| keep(sample)).copied().collect()
     }
@@ -51,12 +46,12 @@ impl Figures {
     pub(super) fn of(header: &Header, collected: &Collected) -> Self {
         let source = Source { header, collected };
         let mut figures = Self::default();
-        drift::draw(source, &mut figures);
-        static_bias::draw(source, &mut figures);
-        scale_factor::draw(source, &mut figures);
-        lap_error::draw(source, &mut figures);
-        table_error::draw(source, &mut figures);
-        returns::draw(source, &mut figures);
+        gyro::drift(source, &mut figures);
+        gyro::static_bias(source, &mut figures);
+        gyro::scale_factor(source, &mut figures);
+        laps::lap_error(source, &mut figures);
+        gyro::table_error(source, &mut figures);
+        laps::returns(source, &mut figures);
         figures
     }
 
