@@ -9,7 +9,6 @@ mod against;
 mod bus_load;
 pub mod campaign;
 mod collect;
-mod commands;
 pub mod compared;
 mod decided;
 mod download;

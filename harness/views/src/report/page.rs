@@ -3,12 +3,12 @@
 use super::collect::Collected;
 use super::paper::Figures;
 use super::{
-    commands, decided, failures, heading, measurements, observations, path, plain, properties,
+    decided, failures, heading, listed, measurements, observations, path, plain, properties,
     timeline, trouble,
 };
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use record::header::Header;
-use record::outcome::{Outcome, Summary};
+use record::outcome::{CommandSummary, Outcome, Summary};
 
 /// Embedded, so that the page is self-contained.
 const STYLE: &str = include_str!("style.css");
@@ -32,7 +32,7 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
             "Steps, faults and verdicts",
             timeline::figure(collected, &marks),
         ))
-        (section("Commands of the bench", commands::table(&summary.commands)))
+        (section("Commands of the bench", bench_commands(&summary.commands)))
         (section("Load of the lines", Some(collected.load.plots(header))))
         (section("Files", artifacts(&summary.artifacts)))
     };
@@ -78,4 +78,39 @@ fn artifacts(names: &[String]) -> Option<Markup> {
         p { "Beside this page:" }
         ul { @for name in names { li { code { (name) } } } }
     })
+}
+
+/// What the bench did by commands of its own; nothing where the plan asks for none.
+fn bench_commands(commands: &[CommandSummary]) -> Option<Markup> {
+    if commands.is_empty() {
+        return None;
+    }
+    let rows = html! {
+        @for one in commands {
+            tr {
+                td { code { (one.name) } }
+                td.number { (one.times) }
+                td.number { @if let Some(s) = one.longest_s { (format!("{s:.3}")) " s" } }
+                td { (one.ended.as_deref().unwrap_or("not run: in virtual time there is no bench")) }
+            }
+        }
+    };
+    Some(listed::table(None, &["command", "run", "longest", "ended"], &rows))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CommandSummary, bench_commands};
+
+    #[test]
+    fn what_was_run_and_what_was_not_is_told_apart() {
+        assert!(bench_commands(&[]).is_none());
+        let mut all = Vec::new();
+        CommandSummary::passed_over(&mut all, "flash");
+        CommandSummary::ran(&mut all, "power-on", 0.25, "exit status: 0");
+        let page = bench_commands(&all).unwrap().into_string();
+        assert!(page.contains("<code>flash</code></td><td class=\"number\">0</td>"), "{page}");
+        assert!(page.contains("not run: in virtual time"), "{page}");
+        assert!(page.contains("0.250 s</td><td>exit status: 0</td>"), "{page}");
+    }
 }
