@@ -5,7 +5,6 @@ mod can_wire;
 mod error;
 mod kernel;
 mod pty_wire;
-mod shown;
 mod slcan_wire;
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,6 @@
 //! is measured after that no longer belongs to what the plan began.
 
 mod link;
-mod splitter;
 #[cfg(test)]
 mod tests;
 
@@ -34,7 +33,6 @@ const EVENTS_MAX: usize = 1_024;
 /// Time for accepted missions to leave at the end.
 const CLOSE_WAIT: Duration = Duration::from_secs(1);
 
-/// Why a connection cannot begin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AttachError {
     #[error(transparent)]

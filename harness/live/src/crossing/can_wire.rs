@@ -1,7 +1,6 @@
 //! A CAN bus as an interface of the kernel, with a socket for the device and one for all others.
 
-use super::shown::shown_frame;
-use super::wait::{LIMIT, READS_MAX, readable};
+use super::wait::{LIMIT, READS_MAX, readable, shown_frame};
 use ports::PortError;
 use ports::can_socket::{Heard, Interface, connect, from_socket, to_socket};
 use rig::crossing::{CrossingFailure, How, Toward};

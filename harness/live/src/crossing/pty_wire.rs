@@ -1,7 +1,6 @@
 //! A serial line as a pty with both ends in this process.
 
-use super::shown::shown_bytes;
-use super::wait::{LIMIT, READS_MAX, readable};
+use super::wait::{LIMIT, READS_MAX, readable, shown_bytes};
 use ports::pty::{Ends, PtyError};
 use rig::crossing::{CrossingFailure, How, Toward};
 use rustix::io::Errno;
@@ -43,9 +42,9 @@ impl PtyWire {
             Toward::Device => (&self.ends.slave, &self.ends.master),
             Toward::Host => (&self.ends.master, &self.ends.slave),
         };
-        *packet = self.pass(near, far, packet.as_slice()).map_err(|how| {
-            CrossingFailure::new("bytes", &self.line, toward, &self.ends.path, how)
-        })?;
+        *packet = self
+            .pass(near, far, packet.as_slice())
+            .map_err(|how| self.failure("bytes", toward, how))?;
         Ok(())
     }
 

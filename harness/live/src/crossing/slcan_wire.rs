@@ -2,7 +2,7 @@
 
 use super::KernelError;
 use super::pty_wire::PtyWire;
-use super::shown::{shown_bytes, shown_frame};
+use super::wait::{shown_bytes, shown_frame};
 use rig::crossing::{CrossingFailure, How, Toward};
 use std::sync::Arc;
 use wire::can::CanFrame;

@@ -1,10 +1,12 @@
-//! Waits for what the kernel has not delivered yet.
+//! What the wires share: how long they wait for what the kernel has not delivered yet, and how messages show it.
 
+use record::text::ShownFrame;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use std::io;
 use std::os::fd::AsFd;
 use std::time::Duration;
+use wire::can::CanFrame;
 
 /// What was written comes out within this wall-clock time. Assumption: it takes microseconds, and a few milliseconds on
 /// a busy machine; beyond this it is stuck.
@@ -25,4 +27,15 @@ pub(super) fn readable(port: &impl AsFd, limit: Duration) -> io::Result<bool> {
         Err(Errno::INTR) => Ok(true),
         Err(cause) => Err(cause.into()),
     }
+}
+
+pub(super) fn shown_bytes(bytes: &[u8]) -> String {
+    if bytes.is_empty() {
+        return "nothing".to_owned();
+    }
+    format!("\"{}\"", bytes.escape_ascii())
+}
+
+pub(super) fn shown_frame(frame: &CanFrame) -> String {
+    ShownFrame(*frame).to_string()
 }
