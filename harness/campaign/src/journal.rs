@@ -130,25 +130,21 @@ impl Journal {
     ///
     /// When it cannot be read or written, or is from another campaign or version.
     pub fn open(path: &Path, campaign: &str) -> Result<Self, JournalError> {
-        Self::open_any(path, campaign, None)
+        Self::open_with(path, campaign, None)
     }
 
-    /// Opens the journal of a campaign in real time, in which a run without faults has now gone by like this. The
-    /// durations at the start of the campaign stay valid ([`course`](Self::course)), because they differ from run to
-    /// run and cases must be drawn as before.
+    /// The same with the `course` of a campaign in real time: how a run without faults has gone by now. The durations at the
+    /// start of the campaign stay valid ([`course`](Self::course)), because they differ from run to run and cases must be
+    /// drawn as before.
     ///
     /// # Errors
     ///
     /// See [`open`](Self::open).
-    pub fn open_in_real_time(
+    pub fn open_with(
         path: &Path,
         campaign: &str,
-        course: impl Into<Course>,
+        course: Option<Course>,
     ) -> Result<Self, JournalError> {
-        Self::open_any(path, campaign, Some(course.into()))
-    }
-
-    fn open_any(path: &Path, campaign: &str, course: Option<Course>) -> Result<Self, JournalError> {
         let failed = |source| JournalError::Io { path: path.to_owned(), source };
         let head = Head {
             schema: SCHEMA,
@@ -317,7 +313,7 @@ mod tests {
             let lasted = Span::from_millis(ms);
             Course { lasted, phases: [("lap".to_owned(), vec![lasted])].into() }
         };
-        let open = |ms| Journal::open_in_real_time(&path, "toy", course(ms));
+        let open = |ms| Journal::open_with(&path, "toy", Some(course(ms)));
         assert_eq!(open(8_003).unwrap().course(), Some(&course(8_003)));
         assert_eq!(open(7_998).unwrap().course(), Some(&course(8_003)));
         // A campaign in virtual time is a different campaign.

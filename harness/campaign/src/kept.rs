@@ -1,7 +1,6 @@
 //! Carries out each case once and stores its result in a journal, so that an interrupted envelope can resume.
 
 use super::case::{Case, CaseId, CaseResult};
-use super::course::Course;
 use super::executor::Executor;
 use super::journal::{Journal, JournalError, Line};
 use std::collections::BTreeMap;
@@ -67,10 +66,6 @@ impl<E: Executor> Executor for Kept<'_, E> {
         keeping.next += 1;
         keeping.known.insert(id, line.result);
         result
-    }
-
-    fn without_faults(&self, seed: u64) -> (Course, CaseResult) {
-        self.executor.without_faults(seed)
     }
 }
 

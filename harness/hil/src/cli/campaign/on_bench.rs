@@ -142,7 +142,7 @@ impl CampaignArguments {
             ));
         }
         let path = folder.join(JOURNAL);
-        let journal = Journal::open_in_real_time(&path, what, course.clone())?;
+        let journal = Journal::open_with(&path, what, Some(course.clone()))?;
         let course = journal.course().cloned().unwrap_or(course);
         let can_suffer = |target, what| bench.can_suffer(target, what);
         let states = prepared.plan.unreached(bench.properties(), &clean.reached);
