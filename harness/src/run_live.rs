@@ -55,18 +55,18 @@ pub enum LiveRunError {
 
 /// Settings of a live run beyond plan and options.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LiveSetting<'a> {
+pub struct LiveSetting {
     /// The device under test, unless the bench file names one.
     pub device_under_test: DeviceUnderTest,
     /// The roles of real ports, and the places of emulated devices.
-    pub bench: &'a BenchFile,
+    pub bench: BenchFile,
     /// Port of an emulated base on CAN for which the bench file gives none.
     pub can: PortSpec,
     /// Requested scheduling; the bench file may request more.
     pub scheduling: Scheduling,
 }
 
-impl LiveSetting<'_> {
+impl LiveSetting {
     /// Combines the settings for a plan on `rig`: the bench file takes precedence.
     ///
     /// # Errors
@@ -77,7 +77,7 @@ impl LiveSetting<'_> {
         let timing = &self.bench.timing;
         let (site, device_under_test) = match (&rig.robot, rig.device()) {
             (Some(devices), _) => {
-                let placement = Placement::new(self.bench, base_transport(devices), &self.can)?;
+                let placement = Placement::new(&self.bench, base_transport(devices), &self.can)?;
                 let device_under_test = match &self.bench.controller {
                     Some(ControllerSection::Command(command)) => {
                         DeviceUnderTest::Command(command.clone())
@@ -106,7 +106,7 @@ impl LiveSetting<'_> {
         Ok(Setting {
             device_under_test,
             programs: programs(rig),
-            work: BenchWork::of(self.bench),
+            work: BenchWork::of(&self.bench),
             site,
             attach_max: timing.attach_max.unwrap_or(ATTACH_MAX_DEFAULT),
             late_max: timing.late_max.unwrap_or(LATE_MAX_DEFAULT),
@@ -261,7 +261,7 @@ fn not_begun(error: &LiveError) -> Ended {
 pub fn run_live_to_folder_watched(
     prepared: &Prepared,
     options: &Options<'_>,
-    setting: &LiveSetting<'_>,
+    setting: &LiveSetting,
     person: Option<Box<dyn Person>>,
     feed: Option<&Feed>,
     pulse: Pulse<'_>,

@@ -29,7 +29,6 @@ mod interrupt;
 mod lease;
 mod list;
 mod listed;
-mod live;
 mod log;
 mod log_format;
 mod man;

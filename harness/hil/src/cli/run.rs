@@ -96,7 +96,7 @@ impl RunArguments {
         self.setup.fits(&prepared)?;
         if let Setup::Live(bench) = &setup {
             for one in &prepared {
-                bench.of_plan(one)?.fits(&one.plan)?;
+                bench.resolve(&one.rig)?.fits(&one.plan)?;
             }
         }
         let declared: Vec<&Plan> = prepared.iter().map(|one| &*one.plan).collect();

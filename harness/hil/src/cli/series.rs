@@ -193,9 +193,8 @@ impl Series<'_> {
             }
             Setup::Live(setup) => {
                 let person = self.person.as_ref().map(|terminal| watch.person(terminal));
-                let asked = &setup.asked();
                 let done =
-                    run_live_to_folder_watched(prepared, &options, asked, person, feed, &mut pulse);
+                    run_live_to_folder_watched(prepared, &options, setup, person, feed, &mut pulse);
                 if let Err(LiveRunError::Live { summary, .. }) = &done {
                     summaries.push(Summary::clone(summary));
                 }

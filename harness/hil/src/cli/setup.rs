@@ -6,10 +6,14 @@ use super::progress::Screen;
 use clap::{Args, ValueEnum};
 use harness::hosted::{ControllerProgram, Hosting};
 use harness::run::Prepared;
+use harness::run_live::LiveSetting;
+use live::crossing::VCAN_INTERFACE;
 use live::lease::Lease;
+use live::world::{DeviceUnderTest, Scheduling};
 use plan::Rig;
 use plan::bench_file::BenchFile;
 use plan::rig::UnderTest;
+use ports::PortSpec;
 use rig::crossing::KernelBus;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -52,10 +56,7 @@ impl Controller {
         match named {
             None | Some(Self::InProcess) => Hosting::default(),
             Some(Self::Process) => Hosting::program(ControllerProgram::Ours),
-            Some(Self::Command(line)) => {
-                let words = line.split_whitespace().map(str::to_owned).collect();
-                Hosting::program(ControllerProgram::Words(words))
-            }
+            Some(Self::Command(line)) => Hosting::program(ControllerProgram::Words(words(line))),
         }
     }
 
@@ -72,6 +73,11 @@ impl Controller {
             format!("--controller has no meaning for {name}: it has no controller of a robot");
         Err(Failure::arguments(message, "leave it out: the rig names what is under test"))
     }
+}
+
+/// The words of a command line: there is no shell.
+pub(super) fn words(line: &str) -> Vec<String> {
+    line.split_whitespace().map(str::to_owned).collect()
 }
 
 impl FromStr for Controller {
@@ -124,19 +130,7 @@ pub(super) enum Setup {
     /// Virtual time, with all traffic sent through the kernel.
     Kernel(KernelBus),
     /// Real time and ports.
-    Live(Box<LiveSetup>),
-}
-
-/// Settings of the live world beyond the plan.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct LiveSetup {
-    /// The device under test.
-    pub(super) controller: Controller,
-    pub(super) bench: BenchFile,
-    /// Where a role goes if the bench assigns it no port.
-    pub(super) bus: BusChoice,
-    /// Whether real-time priority is requested.
-    pub(super) realtime: bool,
+    Live(Box<LiveSetting>),
 }
 
 impl Setup {
@@ -155,27 +149,28 @@ impl SetupArguments {
     ///
     /// When they do not go together.
     pub(super) fn setup(&self) -> Result<Setup, Failure> {
+        let kernel = |bus| self.simulated(Setup::Kernel(bus));
         match (self.clock, self.bus) {
             (Clock::Virtual, None | Some(BusChoice::Memory)) => self.simulated(Setup::Simulated),
-            (Clock::Virtual, Some(BusChoice::Pty)) => self.simulated(Setup::Kernel(KernelBus::Pty)),
-            (Clock::Virtual, Some(BusChoice::Vcan)) => {
-                self.simulated(Setup::Kernel(KernelBus::Vcan))
-            }
-            (Clock::Virtual, Some(BusChoice::Slcan)) => {
-                self.simulated(Setup::Kernel(KernelBus::Slcan))
-            }
+            (Clock::Virtual, Some(BusChoice::Pty)) => kernel(KernelBus::Pty),
+            (Clock::Virtual, Some(BusChoice::Vcan)) => kernel(KernelBus::Vcan),
+            (Clock::Virtual, Some(BusChoice::Slcan)) => kernel(KernelBus::Slcan),
             (Clock::Real, Some(BusChoice::Memory)) => Err(Failure::arguments(
                 "the real clock needs the pty bus: nothing waits for real time in memory",
                 "leave --clock out, or use --bus pty",
             )),
-            (Clock::Real, bus) => Ok(Setup::Live(Box::new(LiveSetup {
-                controller: self.controller.clone().unwrap_or(Controller::Process),
-                bench: match &self.bench {
-                    Some(name) => BenchFile::load(name)?,
-                    None => BenchFile::default(),
+            (Clock::Real, bus) => Ok(Setup::Live(Box::new(LiveSetting {
+                device_under_test: match &self.controller {
+                    Some(Controller::InProcess) => DeviceUnderTest::InProcess,
+                    None | Some(Controller::Process) => DeviceUnderTest::OurProcess,
+                    Some(Controller::Command(line)) => DeviceUnderTest::Command(words(line)),
                 },
-                bus: bus.unwrap_or(BusChoice::Pty),
-                realtime: self.realtime,
+                bench: self.bench.as_deref().map(BenchFile::load).transpose()?.unwrap_or_default(),
+                can: match bus {
+                    Some(BusChoice::Vcan) => PortSpec::Can { interface: VCAN_INTERFACE.to_owned() },
+                    _ => PortSpec::SlcanPty { link: None },
+                },
+                scheduling: if self.realtime { Scheduling::RealTime } else { Scheduling::Normal },
             }))),
         }
     }
@@ -314,7 +309,8 @@ impl SetupArguments {
 #[cfg(test)]
 mod tests {
     use super::{
-        BenchFile, BusChoice, Clock, Controller, KernelBus, LiveSetup, Setup, SetupArguments,
+        BenchFile, BusChoice, Clock, Controller, DeviceUnderTest, KernelBus, LiveSetting, PortSpec,
+        Scheduling, Setup, SetupArguments,
     };
 
     fn setup(
@@ -342,15 +338,17 @@ mod tests {
         ] {
             assert_eq!(setup(Clock::Virtual, Some(bus), None), Ok(Setup::Kernel(kernel)));
         }
-        let live = |controller, bus| {
-            let bench = BenchFile::default();
-            Ok(Setup::Live(Box::new(LiveSetup { controller, bench, bus, realtime: false })))
+        let live = |device_under_test, can| {
+            let (bench, scheduling) = (BenchFile::default(), Scheduling::Normal);
+            let setting = LiveSetting { device_under_test, bench, can, scheduling };
+            Ok(Setup::Live(Box::new(setting)))
         };
-        assert_eq!(setup(Clock::Real, None, None), live(Controller::Process, BusChoice::Pty));
-        let command = Controller::Command("./mine --fast".to_owned());
+        let adapter = PortSpec::SlcanPty { link: None };
+        assert_eq!(setup(Clock::Real, None, None), live(DeviceUnderTest::OurProcess, adapter));
+        let command = DeviceUnderTest::Command(vec!["./mine".to_owned(), "--fast".to_owned()]);
         assert_eq!(
             setup(Clock::Real, Some(BusChoice::Vcan), Some("./mine --fast")),
-            live(command, BusChoice::Vcan)
+            live(command, PortSpec::Can { interface: "vcan0".to_owned() })
         );
     }
 

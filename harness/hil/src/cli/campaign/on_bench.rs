@@ -6,13 +6,13 @@ use super::over;
 use super::saved;
 use super::{Begun, CampaignArguments, JOURNAL, Task};
 use crate::cli::failure::Failure;
-use crate::cli::setup::{LiveSetup, Setup};
+use crate::cli::setup::Setup;
 #[cfg(feature = "nats")]
 use crate::cli::worker::bench_place;
 use campaign::{Executor, Journal, Repeatedly, Repetition, Settings};
 use harness::executors::{Bench, OnBench, Site};
 use harness::operator::{Answers, Person};
-use harness::run_live::DEVICE_LOG;
+use harness::run_live::{DEVICE_LOG, LiveSetting};
 use harness::stopwatch::Stopwatch;
 use record::figures;
 use record::outcome::Outcome;
@@ -53,7 +53,7 @@ impl CampaignArguments {
         &self,
         task: &Task<'_>,
         setup: &Setup,
-        live: &LiveSetup,
+        live: &LiveSetting,
     ) -> Result<Outcome, Failure> {
         let Task { prepared, interrupt, screen, .. } = *task;
         let rule = self.repetition.rule()?;
@@ -62,7 +62,7 @@ impl CampaignArguments {
             Some(server) => Some((server, self.setup.bench_elsewhere()?)),
             None => None,
         };
-        let setting = live.of_plan(prepared)?;
+        let setting = live.resolve(&prepared.rig)?;
         setting.fits(&prepared.plan)?;
         let (folder, _held) = self.opened(prepared)?;
         // Origin of the journal: on another bench, or by another rule, a case has another result.

@@ -1,20 +1,21 @@
 //! `hil worker --bench`: cases in real time, on the bench of this machine.
 
 use crate::cli::failure::Failure;
-use crate::cli::setup::LiveSetup;
 use crate::cli::worker::bench_place;
 use campaign::Repeatedly;
 use campaign_nats::{Maker, Package, Place, Stopping};
 use harness::executors::{Bench, OnBench, Site};
-use harness::run_live::DEVICE_LOG;
+use harness::run_live::{DEVICE_LOG, LiveSetting};
+use live::world::{DeviceUnderTest, Scheduling};
 use plan::bench_file::BenchFile;
+use ports::PortSpec;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 #[derive(Debug, Clone)]
 pub(super) struct BenchHand {
     place: Place,
-    setup: LiveSetup,
+    setup: LiveSetting,
     text: String,
     bench: Bench,
     log: PathBuf,
@@ -23,7 +24,13 @@ pub(super) struct BenchHand {
 impl BenchHand {
     /// Opens the bench of this file; the stderr of the device under test goes to the folder `out`.
     pub(super) fn new(name: &str, out: Option<&Path>) -> Result<Self, Failure> {
-        let (setup, text) = (LiveSetup::of(BenchFile::load(name)?), BenchFile::text(name)?);
+        let setup = LiveSetting {
+            device_under_test: DeviceUnderTest::OurProcess,
+            bench: BenchFile::load(name)?,
+            can: PortSpec::SlcanPty { link: None },
+            scheduling: Scheduling::Normal,
+        };
+        let text = BenchFile::text(name)?;
         let place = bench_place(name)?;
         let usual = || PathBuf::from("runs").join(format!("worker-{}", bench_name(&place)));
         let folder = out.map_or_else(usual, Path::to_owned);
@@ -56,7 +63,7 @@ impl BenchHand {
         let repetition = package.repetition_on(bench_name(&self.place), &self.text);
         let repetition = repetition.map_err(|error| error.to_string())?;
         let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
-        let setting = self.setup.of_plan(&prepared).map_err(|error| error.to_string())?;
+        let setting = self.setup.resolve(&prepared.rig).map_err(|error| error.to_string())?;
         setting.fits(&prepared.plan).map_err(|error| error.to_string())?;
         let site = Site {
             bench: self.bench.clone(),
