@@ -2,7 +2,6 @@
 
 pub(super) mod account;
 mod ended;
-mod faults;
 mod on_bench;
 #[cfg(feature = "nats")]
 mod over;
@@ -19,7 +18,6 @@ use super::interrupt::Interrupt;
 use super::operator::OperatorArguments;
 use super::own::taken;
 use super::progress::Screen;
-use super::repetition::RepetitionArguments;
 use super::say;
 use super::setup::{Setup, SetupArguments};
 use crate::choices::threads;
@@ -32,6 +30,7 @@ use clap::{Args, ValueEnum};
 use harness::executors::Simulated;
 use harness::program::Programs;
 use harness::run::Prepared;
+use on_bench::RepetitionArguments;
 use plan::faults::{FaultKind, Target};
 use plan::library::{Kind, Library};
 use plan::made::Made;

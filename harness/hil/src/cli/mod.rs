@@ -44,7 +44,6 @@ mod paper;
 mod parameters;
 mod predict;
 mod progress;
-mod repetition;
 mod replay;
 mod report;
 mod rerun;

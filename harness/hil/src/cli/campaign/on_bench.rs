@@ -9,7 +9,11 @@ use crate::cli::failure::Failure;
 use crate::cli::setup::Setup;
 #[cfg(feature = "nats")]
 use crate::cli::worker::bench_place;
-use campaign::{Executor, Journal, Repeatedly, Repetition, Settings};
+use campaign::{
+    BREAKS_AT_LEAST, CONFIDENCE, Executor, Journal, REPEATS, REPEATS_MAX, Repeatedly, Repetition,
+    Settings,
+};
+use clap::Args;
 use harness::executors::{Bench, OnBench, Site};
 use harness::operator::{Answers, Person};
 use harness::run_live::{DEVICE_LOG, LiveSetting};
@@ -28,6 +32,46 @@ const HERE: &str = "a bench in real time, one case at a time";
 /// See [`HERE`].
 #[cfg(feature = "nats")]
 const A_WORKER: &str = "a bench of a worker in real time, one case at a time";
+
+/// When a case counts as broken on a bench, where the same case does not always come to the same.
+#[derive(Debug, Clone, Args)]
+pub(in crate::cli) struct RepetitionArguments {
+    /// With --clock real: repetitions of a case that broke a property; the first run does not
+    /// count. [default: 8]
+    #[arg(long, value_name = "N", conflicts_with_all = ["envelope", "envelopes"],
+          value_parser = clap::value_parser!(u64).range(1..=REPEATS_MAX))]
+    repeat: Option<u64>,
+    /// With --clock real: confidence that the property breaks in the share of --breaks-at-least.
+    /// [default: 0.95]
+    #[arg(long, value_name = "SHARE", conflicts_with_all = ["envelope", "envelopes"])]
+    confidence: Option<f64>,
+    /// With --clock real: share of all runs in which a property must break to count as broken. [default: 0.5]
+    #[arg(long, value_name = "SHARE", conflicts_with_all = ["envelope", "envelopes"])]
+    breaks_at_least: Option<f64>,
+}
+
+impl RepetitionArguments {
+    /// Refuses repetitions: in virtual time nothing is repeated.
+    pub(super) fn none(&self) -> Result<(), Failure> {
+        let asked =
+            self.repeat.is_some() || self.confidence.is_some() || self.breaks_at_least.is_some();
+        if asked {
+            return Err(Failure::arguments(
+                "the virtual clock has no use for repetition: the same case always comes to the same",
+                "add --clock real, or leave out --repeat, --confidence and --breaks-at-least",
+            ));
+        }
+        Ok(())
+    }
+
+    pub(super) fn rule(&self) -> Result<Repetition, Failure> {
+        Ok(Repetition::new(
+            self.repeat.unwrap_or(REPEATS),
+            self.confidence.unwrap_or(CONFIDENCE),
+            self.breaks_at_least.unwrap_or(BREAKS_AT_LEAST),
+        )?)
+    }
+}
 
 /// A finished campaign on a bench.
 struct Over<'a> {
@@ -48,7 +92,6 @@ struct Hands<'a, E> {
 }
 
 impl CampaignArguments {
-    /// Runs the campaign in real time.
     pub(super) fn on_bench(
         &self,
         task: &Task<'_>,

@@ -1,10 +1,14 @@
-//! What determines the cases of a campaign and the runs of an envelope, as their journals state it: what was carried out
-//! with another plan or another program under test does not count.
+//! The kinds and targets of faults that were asked for, and all else that determines the cases of a campaign and the runs
+//! of an envelope, as their journals state it: what was carried out with another plan or another program under test does
+//! not count.
 
 use super::{CampaignArguments, Task};
 use crate::choices::word;
-use crate::cli::setup::Controller;
-use campaign::CaseId;
+use crate::cli::envelopes::kind;
+use crate::cli::failure::Failure;
+use crate::cli::setup::{Controller, words};
+use campaign::{CaseId, Targets};
+use harness::run::Prepared;
 use live::command::find;
 use plan::bench_file::{BenchFile, ControllerSection};
 use plan::rig::UnderTest;
@@ -12,6 +16,43 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 impl CampaignArguments {
+    /// Checks the names of kinds and targets, before anything is run.
+    pub(super) fn known(&self, prepared: &Prepared) -> Result<(), Failure> {
+        let mut names = self.faults.iter().chain(&self.without);
+        names.try_for_each(|name| kind(name).map(|_| ()))?;
+        if let Some(both) = self.without.iter().find(|name| self.faults.contains(name)) {
+            return Err(Failure::arguments(
+                format!("{both} is asked for by --faults and left out by --without"),
+                "leave it out of one of them",
+            ));
+        }
+        if self.envelopes.is_asked() {
+            return Ok(());
+        }
+        self.struck(prepared).map(|_| ())
+    }
+
+    /// What the faults of a search strike.
+    pub(super) fn struck(&self, prepared: &Prepared) -> Result<Targets, Failure> {
+        let rig = &prepared.rig;
+        let under_test = rig.under_test().map(|(node, _)| node.name.clone()).collect();
+        Targets::named(&self.targets, &rig.struck(), under_test).map_err(|unknown| {
+            Failure::arguments(format!("--target: {}", unknown.message), unknown.help)
+        })
+    }
+
+    /// The target of an envelope.
+    pub(super) fn only_target(&self) -> Result<Option<&str>, Failure> {
+        match self.targets.as_slice() {
+            [] => Ok(None),
+            [one] => Ok(Some(one)),
+            _ => Err(Failure::arguments(
+                "an envelope is of one target, and --target names several",
+                "measure one after the other: the folder keeps them all",
+            )),
+        }
+    }
+
     /// Describes what determines the cases of the campaign; `bench` names where they are carried out.
     pub(super) fn what(&self, task: &Task<'_>, bench: &str) -> String {
         let targets = match self.targets.as_slice() {
@@ -62,9 +103,7 @@ impl CampaignArguments {
             UnderTest::InProcess(_) | UnderTest::Attached(_) => None,
         });
         let of_line = match &self.setup.controller {
-            Some(Controller::Command(line)) => {
-                Some(line.split_whitespace().map(str::to_owned).collect())
-            }
+            Some(Controller::Command(line)) => Some(words(line)),
             None | Some(Controller::InProcess | Controller::Process) => None,
         };
         let of_bench = self.setup.bench.as_deref().and_then(|name| BenchFile::load(name).ok());
