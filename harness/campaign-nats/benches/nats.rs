@@ -89,7 +89,7 @@ fn measured(url: &str, workers: usize, threads: usize, cases: u64) -> (Duration,
                     version: record::VERSION.to_owned(),
                     patience: Duration::ZERO,
                 };
-                let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
+                let maker = Arc::new(move |_: &Package, _: Stopping| {
                     let executor = Arc::clone(&sleeps) as Arc<dyn Executor + Send + Sync>;
                     Ok(("sleeps".to_owned(), executor))
                 });

@@ -4,11 +4,9 @@ use super::connect::{News, Tell};
 use super::error::NatsError;
 use super::job::{Done, Job};
 use super::lease::{Holder, Standing};
-use super::maker::{Maker, Stopping};
 use super::message::{CASES, Came, Place, Report, Said, id_of, result_subject};
 use super::package::Package;
-use super::publish::Letter;
-use super::room::{PAUSE, Room, STILL_AT_IT};
+use super::room::{Letter, PAUSE, Room, STILL_AT_IT};
 use super::take::Taken;
 use async_nats::header::NATS_MESSAGE_ID;
 use async_nats::jetstream::{AckKind, Message};
@@ -39,6 +37,26 @@ const HAND_BACK: Duration = Duration::from_secs(5);
 const ACKS_MAX: usize = 3;
 
 type Ready = Arc<dyn Executor + Send + Sync>;
+
+/// Makes the executor for the cases of a package, and returns it with the name of its plan, or the reason why that is
+/// impossible. An interrupted case (see [`CaseResult::is_given_up`](campaign::CaseResult::is_given_up)) is
+/// handed back, and the worker ends.
+pub type Maker = Arc<
+    dyn Fn(&Package, Stopping) -> Result<(String, Arc<dyn Executor + Send + Sync>), String>
+        + Send
+        + Sync,
+>;
+
+/// Tells whether the worker is to end, on request or because it lost the bench. Short work is still finished; work of
+/// minutes is interrupted.
+#[derive(Debug, Clone)]
+pub struct Stopping(pub(super) watch::Receiver<bool>);
+
+impl Stopping {
+    pub fn is_so(&self) -> bool {
+        *self.0.borrow()
+    }
+}
 
 /// State shared by all cases of a worker.
 pub(super) struct Hands {
@@ -216,9 +234,8 @@ impl Hands {
 
     async fn unpacked(&self, said: &Said) -> Result<Ready, String> {
         let package = self.package(&said.package).await?;
-        let (maker, place) = (Arc::clone(&self.maker), self.place.clone());
-        let stopping = Stopping(self.stopping.subscribe());
-        let made = tokio::task::spawn_blocking(move || maker(&package, &place, stopping)).await;
+        let (maker, stopping) = (Arc::clone(&self.maker), Stopping(self.stopping.subscribe()));
+        let made = tokio::task::spawn_blocking(move || maker(&package, stopping)).await;
         let (plan, ready) = made.map_err(|error| error.to_string())??;
         (self.tell)(&News::Campaign { campaign: said.campaign.clone(), plan });
         Ok(ready)

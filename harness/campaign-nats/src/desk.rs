@@ -5,13 +5,12 @@ use super::error::NatsError;
 use super::job::Done;
 use super::lease::Lease;
 use super::message::{CASES, Place, RESULTS, Said, id_of, result_subject};
-use super::publish::Letter;
-use super::results;
-use super::room::{PAUSE, Room};
+use super::room::{Letter, PAUSE, Room};
 use super::tray::{Read, Tray};
 use super::worker::LISTEN;
 use async_nats::jetstream::Message;
 use campaign::WINDOW;
+use futures_util::StreamExt as _;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -32,6 +31,13 @@ const SILENCE: Duration = Duration::from_secs(10);
 const WITHDRAW: Duration = Duration::from_secs(1);
 /// The most attempts to store files on a reachable server.
 const FINISHES_MAX: usize = 5;
+
+/// After twice this time without a message the server is asked again.
+const HEARTBEAT: Duration = Duration::from_secs(2);
+/// How long one request for results stays open at the server.
+const REQUEST: Duration = Duration::from_secs(10);
+/// Number of results per request.
+const BATCH: usize = 64;
 
 #[derive(Debug)]
 pub(super) enum Ask {
@@ -80,7 +86,7 @@ impl Desk {
     pub(super) async fn serve(mut self, mut asked: mpsc::Receiver<Ask>, stop: impl Fn() -> bool) {
         let (send, mut arrived) = mpsc::channel(WINDOW as usize);
         let campaign = self.said.campaign.clone();
-        let receiving = tokio::spawn(results::receive(self.room.clone(), campaign, send));
+        let receiving = tokio::spawn(receive(self.room.clone(), campaign, send));
         let (trouble, mut troubles) = mpsc::channel(1);
         let mut listen = interval(LISTEN);
         let mut connected = self.room.link.up.borrow().times;
@@ -321,5 +327,42 @@ impl HandingOut {
     async fn is_on_its_way(&self) -> bool {
         let Self { room, letter, result, .. } = self;
         room.holds(CASES, &letter.subject).await || room.holds(RESULTS, result).await
+    }
+}
+
+/// Passes on the results of a campaign until the receiver is closed; waits for an unreachable server.
+async fn receive(room: Room, campaign: String, arrived: mpsc::Sender<Message>) {
+    while !arrived.is_closed() {
+        room.link.there().await;
+        let times = room.link.up.borrow().times;
+        select! {
+            () = stream(&room, &campaign, &arrived) => {}
+            // Requests made over a lost connection are not answered.
+            _ = room.link.connected_since(times) => {}
+            () = arrived.closed() => return,
+        }
+        sleep(PAUSE).await;
+    }
+}
+
+async fn stream(room: &Room, campaign: &str, arrived: &mpsc::Sender<Message>) {
+    let consumer = match room.results(campaign).await {
+        Ok(consumer) => consumer,
+        Err(error) => return tracing::debug!("{error}"),
+    };
+    let messages = consumer.stream().max_messages_per_batch(BATCH).expires(REQUEST);
+    let mut messages = match messages.heartbeat(HEARTBEAT).messages().await {
+        Ok(messages) => messages,
+        Err(error) => return tracing::debug!("no results: {error}"),
+    };
+    while let Some(next) = messages.next().await {
+        match next {
+            Ok(message) => {
+                if arrived.send(message).await.is_err() {
+                    return;
+                }
+            }
+            Err(error) => return tracing::debug!("results end: {error}"),
+        }
     }
 }

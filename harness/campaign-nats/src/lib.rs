@@ -29,26 +29,23 @@ mod desk;
 mod error;
 mod job;
 mod lease;
-mod maker;
 mod message;
 mod package;
-mod publish;
 mod remote;
-mod results;
 mod room;
 mod take;
 mod tray;
 mod worker;
 
+pub use carry::{Maker, Stopping};
 pub use connect::{Credentials, News, Server};
 pub use desk::StoredFile;
 pub use error::NatsError;
 pub use lease::Holder;
-pub use maker::{Maker, Stopping};
 pub use message::Place;
 pub use package::{NotHere, Package};
 pub use remote::{Remote, RemoteSettings};
-pub use worker::{Worked, WorkerSettings, work};
+pub use worker::{WorkerSettings, work};
 
 /// Version and commit of this build. Other builds do not carry out its cases.
 pub const VERSION: &str = env!("HIL_BUILD");

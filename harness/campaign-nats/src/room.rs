@@ -1,12 +1,18 @@
-//! The storage of campaigns on a server: two streams, a bucket of leases and an object store.
+//! The storage of campaigns on a server: two streams, a bucket of leases and an object store. Messages are sent until the
+//! server has them; an unreachable one is waited for.
 
 use super::connect::Link;
 use super::error::NatsError;
 use super::message::{CASES, FORMAT, LEASES, OBJECTS, Place, RESULTS, results_subject};
+use async_nats::HeaderMap;
 use async_nats::jetstream::consumer::{AckPolicy, PullConsumer, pull};
-use async_nats::jetstream::context::{CreateStreamErrorKind, GetStreamErrorKind};
+use async_nats::jetstream::context::{
+    CreateStreamErrorKind, GetStreamErrorKind, PublishError, PublishErrorKind,
+};
 use async_nats::jetstream::kv;
+use async_nats::jetstream::message::PublishMessage;
 use async_nats::jetstream::object_store::{self, ObjectStore};
+use async_nats::jetstream::publish::PublishAck;
 use async_nats::jetstream::stream::{
     Config, DiscardPolicy, LastRawMessageErrorKind, RetentionPolicy, StorageType, Stream,
 };
@@ -35,6 +41,15 @@ const OBJECTS_KEPT: Duration = Duration::from_secs(90 * 24 * 3_600);
 const PACKAGE_BYTES_MAX: usize = 16 << 20;
 /// The most cases or results that are delivered and not acknowledged.
 const OPEN_MAX: i64 = 100_000;
+
+#[derive(Debug, Clone)]
+pub(super) struct Letter {
+    pub(super) subject: String,
+    /// A message sent again under the same name is on the stream only once.
+    pub(super) name: String,
+    pub(super) headers: HeaderMap,
+    pub(super) body: Vec<u8>,
+}
 
 /// The storage of campaigns on a server.
 #[derive(Clone)]
@@ -127,6 +142,40 @@ impl Room {
 
     fn no_jetstream(&self, cause: &dyn std::fmt::Display) -> NatsError {
         NatsError::NoJetStream { server: self.link.server.clone(), cause: cause.to_string() }
+    }
+
+    /// Sends a message until it is on the stream. Returns its number there, or `None` if it was there before.
+    ///
+    /// # Errors
+    ///
+    /// When the server will never accept it.
+    pub(super) async fn send(&self, letter: &Letter) -> Result<Option<u64>, NatsError> {
+        loop {
+            self.link.there().await;
+            match self.send_once(letter).await {
+                Ok(ack) => return Ok((!ack.duplicate).then_some(ack.sequence)),
+                Err(error) if error.kind() == PublishErrorKind::MaxPayloadExceeded => {
+                    return Err(NatsError::server(format!("send {}", letter.subject), error));
+                }
+                // The server lost its data and gets it again.
+                Err(error) if error.kind() == PublishErrorKind::StreamNotFound => {
+                    match self.furnish().await {
+                        Err(error @ NatsError::OtherFormat { .. }) => return Err(error),
+                        furnished => tracing::debug!("{error}: furnished again: {furnished:?}"),
+                    }
+                }
+                Err(error) => tracing::debug!("{} is sent again: {error}", letter.subject),
+            }
+            tokio::time::sleep(PAUSE).await;
+        }
+    }
+
+    async fn send_once(&self, letter: &Letter) -> Result<PublishAck, PublishError> {
+        let message = PublishMessage::build()
+            .headers(letter.headers.clone())
+            .message_id(&letter.name)
+            .payload(letter.body.clone().into());
+        self.context.send_publish(letter.subject.clone(), message).await?.await
     }
 
     /// The consumer from which all workers of a version at a place take cases.

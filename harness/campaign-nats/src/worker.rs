@@ -1,10 +1,9 @@
 //! A worker: takes cases from a server, carries them out, and reports the results.
 
-use super::carry::Hands;
+use super::carry::{Hands, Maker};
 use super::connect::{News, Server, Tell};
 use super::error::NatsError;
 use super::lease::{Holder, Lease};
-use super::maker::Maker;
 use super::message::Place;
 use super::room::Room;
 use super::take::take;
@@ -36,13 +35,8 @@ pub struct WorkerSettings {
     pub patience: Duration,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Worked {
-    pub cases: u64,
-}
-
 /// Works until `stop` returns true or a case is interrupted. Cases under way are finished and reported unless their
-/// executor interrupts them; the others are handed back.
+/// executor interrupts them; the others are handed back. Returns how many it has carried out.
 ///
 /// # Errors
 ///
@@ -54,7 +48,7 @@ pub fn work(
     maker: Maker,
     tell: Arc<dyn Fn(&News) + Send + Sync>,
     stop: impl Fn() -> bool,
-) -> Result<Worked, NatsError> {
+) -> Result<u64, NatsError> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .max_blocking_threads(settings.threads.get() + THREADS_BESIDE)
@@ -69,7 +63,7 @@ async fn until_stopped(
     maker: Maker,
     tell: &Tell,
     stop: impl Fn() -> bool,
-) -> Result<Worked, NatsError> {
+) -> Result<u64, NatsError> {
     let room = Room::new(server.connect(tell).await?);
     room.furnish().await?;
     room.cases(&settings.place, &settings.version).await?;
@@ -145,7 +139,7 @@ async fn until_stopped(
     }
     // Sends the last messages before the connection is closed.
     let _ = tokio::time::timeout(LISTEN, hands.room.link.client.flush()).await;
-    ended.map(|()| Worked { cases: hands.done.load(Ordering::Relaxed) })
+    ended.map(|()| hands.done.load(Ordering::Relaxed))
 }
 
 async fn lost(lease: Option<&Lease>) -> NatsError {

@@ -102,11 +102,11 @@ fn carry_out(url: &str, echo: &Arc<Echo>, told: &Arc<Told>, stop: &AtomicBool) -
         patience: Duration::ZERO,
     };
     let echo = Arc::clone(echo);
-    let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
+    let maker = Arc::new(move |_: &Package, _: Stopping| {
         Ok(("echo".to_owned(), Arc::clone(&echo) as Arc<dyn Executor + Send + Sync>))
     });
     let stop = || stop.load(Ordering::Relaxed);
-    work(&server(url), &settings, maker, told.teller(), stop).unwrap().cases
+    work(&server(url), &settings, maker, told.teller(), stop).unwrap()
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn a_case_that_takes_long_stays_with_its_worker() {
                     version: VERSION.to_owned(),
                     patience: Duration::ZERO,
                 };
-                let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| {
+                let maker = Arc::new(move |_: &Package, _: Stopping| {
                     Ok(("slow".to_owned(), Arc::clone(&slow) as Arc<dyn Executor + Send + Sync>))
                 });
                 let stop = || stop.load(Ordering::Relaxed);

@@ -211,7 +211,7 @@ fn a_run_is_broken_off_where_the_bench_is_anothers() {
     scope(|scope| {
         let asking = scope.spawn(|| remote.execute(&Case::default()));
         let worker = scope.spawn(|| {
-            let maker = Arc::new(move |_: &Package, _: &Place, stopping: Stopping| {
+            let maker = Arc::new(move |_: &Package, stopping: Stopping| {
                 let executor: Arc<dyn Executor + Send + Sync> = Arc::new(Endless(stopping));
                 Ok(("endless".to_owned(), executor))
             });
@@ -228,7 +228,7 @@ fn a_run_is_broken_off_where_the_bench_is_anothers() {
         assert_eq!(lost.to_string(), by);
         // The next holder of the bench has to carry out the case, or to refuse it.
         assert_eq!(cases_waiting(&url), 1);
-        let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| Err("no plan".to_owned()));
+        let maker = Arc::new(move |_: &Package, _: Stopping| Err("no plan".to_owned()));
         let answered = || asking.is_finished();
         work(&server(&url), &settings("another"), maker, told.teller(), answered).unwrap();
         assert!(asking.join().unwrap().is_given_up());

@@ -104,7 +104,7 @@ impl WorkerArguments {
         let worked = work(&server, &settings, maker, teller(screen), stop(&interrupt));
         // The error that stopped the case says more than its interruption.
         bench.map_or(Ok(()), |bench| bench.came_up())?;
-        let cases = figures::counted(worked?.cases, "case", "cases");
+        let cases = figures::counted(worked?, "case", "cases");
         screen.chat(&format!("{cases} carried out"));
         Ok(Outcome::Passed)
     }
@@ -121,7 +121,6 @@ pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
 /// Executor for the cases of a package in virtual time.
 fn virtually(
     package: &Package,
-    _: &Place,
     _: Stopping,
 ) -> Result<(String, Arc<dyn Executor + Send + Sync>), String> {
     let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;

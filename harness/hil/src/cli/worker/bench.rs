@@ -44,7 +44,7 @@ impl BenchHand {
 
     pub(super) fn maker(&self) -> Maker {
         let hand = self.clone();
-        Arc::new(move |package: &Package, _: &Place, stopping: Stopping| {
+        Arc::new(move |package: &Package, stopping: Stopping| {
             let (plan, executor) = hand.made(package, stopping)?;
             Ok((plan, Arc::new(executor)))
         })
