@@ -38,7 +38,6 @@ pub(super) fn tell(dataset: &Dataset, screen: &Screen) {
     }
 }
 
-/// Reads a model file.
 pub(super) fn model(path: &Path) -> Result<Model, Failure> {
     Ok(library::read_file(path)?)
 }

@@ -11,7 +11,6 @@ use record::outcome::Outcome;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// What is written.
 const FILE: &str = "prediction.json";
 
 /// Applies a model to measured data without changing the model. Writes prediction.json.

@@ -17,20 +17,15 @@ use views::console::is_colour_wanted;
 
 /// The message fills the rest of the line, and no more: a bar that wraps cannot be redrawn.
 const PLAN_BAR: &str = "{prefix} {bar:20} {pos}/{len} steps, {wide_msg}";
-/// See [`PLAN_BAR`].
 const SHARE_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left, {wide_msg}";
 /// Resolution of [`SHARE_BAR`].
 const SHARES: u64 = 1_000;
-/// See [`PLAN_BAR`].
 const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
 
-/// See [`PLAN_BAR`].
 const RUNS_BAR: &str = "{prefix} {bar:20} {pos} of at most {len} runs, {eta} left";
 
-/// See [`PLAN_BAR`].
 const CASES_BAR: &str = "{prefix} {bar:20} {pos}/{len} cases, {eta} left";
 
-/// See [`PLAN_BAR`].
 const READING_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left";
 
 /// Buffer for output while something else uses the terminal; more is lost.

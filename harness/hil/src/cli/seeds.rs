@@ -42,7 +42,6 @@ pub(super) fn range(first: u64, count: u64) -> Result<Range<u64>, Failure> {
     }
 }
 
-/// How the result is reported.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Told<'a> {
     pub(super) markdown: Option<&'a Path>,

@@ -11,27 +11,22 @@ pub const VCAN_INTERFACE: &str = "vcan0";
 /// Why the lines cannot go through the kernel.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum KernelError {
-    /// No pty is available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Pty(#[from] PtyError),
-    /// No CAN interface is available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// A pty carries no frames.
     #[error("failed to find a bus for {line}: it is on CAN, and a pty carries bytes")]
     #[diagnostic(help(
         "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
     ))]
     NoFrames { line: Arc<str> },
-    /// SLCAN carries classic frames.
     #[error(
         "failed to find a carrier for {line}: it is a CAN FD bus, and SLCAN carries classic frames"
     )]
     #[diagnostic(help("--bus vcan carries its frames across an interface of the kernel"))]
     NoFd { line: Arc<str> },
-    /// The carrier of frames does not work.
     #[error(transparent)]
     Crossing(#[from] CrossingFailure),
 }

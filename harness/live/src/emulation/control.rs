@@ -21,7 +21,6 @@ pub const CLIENTS_MAX: usize = 16;
 
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ControlError {
-    /// The socket is not available.
     #[error("failed to listen on the socket {}", path.display())]
     #[diagnostic(help(
         "does its folder exist, and is nobody else listening there (`ss -xl`)? If what is there is \
@@ -32,7 +31,6 @@ pub enum ControlError {
     #[error(transparent)]
     #[diagnostic(help("give the socket another name"))]
     NoSocket(io::Error),
-    /// The standard input cannot be watched.
     #[error("failed to read the standard input")]
     Stdin(#[source] io::Error),
 }

@@ -25,11 +25,9 @@ pub enum Request {
     Get(Option<String>, Get),
     /// Turn a gyro without a carrier, counter-clockwise positive, in deg/s.
     Turn(f64),
-    /// Switch a device off or on.
     Power {
         /// The device; required if there are several.
         device: Option<String>,
-        /// On or off.
         on: bool,
     },
     Fault {
@@ -77,17 +75,9 @@ pub enum RequestError {
     },
     /// A number out of its domain.
     #[error("failed to read the request: \"{key}\" is {value}, expected {expected}")]
-    Number {
-        key: &'static str,
-        value: f64,
-        /// Expected values.
-        expected: &'static str,
-    },
+    Number { key: &'static str, value: f64, expected: &'static str },
     #[error("failed to choose a device: add \"device\", one of {there}")]
-    WhichDevice {
-        /// The existing devices.
-        there: String,
-    },
+    WhichDevice { there: String },
     #[error("failed to find the {device}: emulated here: {there}")]
     NoDevice { device: String, there: String },
     #[error("{0}")]

@@ -136,7 +136,6 @@ pub enum EndedBy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProcessEnd {
     pub by: EndedBy,
-    /// Status of the process.
     pub exit: Exit,
 }
 

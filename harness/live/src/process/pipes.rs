@@ -86,7 +86,6 @@ fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
 pub enum ReportedLine {
     /// A report, with the time by the device's own clock.
     Report(Box<ReportLine>),
-    /// It is not a report.
     Bad {
         /// Line number, from one.
         number: u64,
@@ -116,7 +115,6 @@ pub fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, Unread>>
     Some(read.map(Box::new).map_err(|cause| Unread::new(line, &cause.to_string())))
 }
 
-/// How a line ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineEnd {
     /// With a line feed, or with the pipe.

@@ -6,7 +6,6 @@ use crate::process::SpawnError;
 use ports::PortError;
 use std::path::PathBuf;
 
-/// Why the device under test cannot start.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StartError {
     #[error(transparent)]
@@ -30,13 +29,11 @@ pub enum StartError {
     NoFarSide { role: &'static str },
 }
 
-/// Why a live run cannot begin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LiveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// The device under test does not start.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Start(#[from] StartError),
@@ -47,7 +44,6 @@ pub enum LiveError {
     /// A stop was requested before the run began.
     #[error("stopped by request before the run began")]
     Stopped,
-    /// The event loop could not be started.
     #[error("failed to start the event loop")]
     #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
     Runtime(#[from] std::io::Error),

@@ -19,7 +19,6 @@ const SAMPLES_MAX: usize = 1_000_000;
 
 const QUANTITIES_MAX: usize = 256;
 
-/// Everything that the page draws.
 #[derive(Debug, Default)]
 pub(super) struct Collected {
     pub series: BTreeMap<String, Series>,

@@ -35,7 +35,6 @@ pub(super) enum Given {
     Place(f64),
 }
 
-/// How medians are calculated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Medians {
     /// One per group.

@@ -34,7 +34,6 @@ const AXIS_PX: usize = 26;
 /// Maximum ticks on the time axis.
 const TICKS_MAX: f64 = 7.0;
 
-/// Renders the time line.
 pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
     let Collected { steps, troubles, faults, end_s, .. } = collected;
     let end_s = *end_s;

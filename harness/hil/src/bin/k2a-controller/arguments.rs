@@ -155,7 +155,6 @@ impl SerialPort {
     }
 }
 
-/// The parsed command line.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Setup {
     pub(crate) config: Config,

@@ -60,7 +60,6 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
         }
     }
 
-    /// Sets where it stops next.
     pub(super) fn go_to(&mut self, at: Timestamp) {
         self.until = Until::Moment(at);
     }

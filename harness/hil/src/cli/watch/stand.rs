@@ -141,7 +141,6 @@ impl Stand {
         }
     }
 
-    /// Deletes the last character.
     pub(super) fn erase(&mut self) {
         if let Some(asking) = &mut self.asking {
             asking.typed.pop();

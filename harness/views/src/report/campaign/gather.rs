@@ -66,7 +66,6 @@ pub(super) struct Margins {
     pub broke: Vec<Point>,
 }
 
-/// The faults of all cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Drawn {
     pub faults: u64,

@@ -44,12 +44,9 @@ impl Column {
     }
 }
 
-/// Points over an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Cloud {
-    /// Individual points.
     Marks(Vec<Point>),
-    /// The spread of each column.
     Columns(Vec<Column>),
 }
 

@@ -108,7 +108,6 @@ pub(super) fn draw_beyond(
     Ok(above.len() + below.len())
 }
 
-/// Draws rings around outliers.
 pub(super) fn draw_rings(chart: &mut Chart<'_>, points: &[Point], y: &Axis) -> Drawn {
     let inside: Vec<Point> =
         points.iter().filter(|point| y.range.contains(&point.1)).copied().collect();
@@ -133,7 +132,6 @@ pub(super) fn draw_dots(
     Ok(())
 }
 
-/// Draws a line through points.
 pub(super) fn draw_line(
     chart: &mut Chart<'_>,
     points: Vec<Point>,
@@ -155,7 +153,6 @@ pub(super) fn draw_zero(chart: &mut Chart<'_>, frame: &Frame) -> Drawn {
     Ok(())
 }
 
-/// Draws medians of columns.
 pub(super) fn draw_medians(chart: &mut Chart<'_>, medians: &[Point], y: &Axis) -> Drawn {
     let inside: Vec<Point> =
         medians.iter().filter(|point| y.range.contains(&point.1)).copied().collect();

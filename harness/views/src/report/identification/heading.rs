@@ -5,7 +5,6 @@ use identification::finding::{Finding, HeldOut, Verdict};
 use maud::{Markup, html};
 use record::figures;
 
-/// The top of the page.
 pub(super) fn heading(finding: &Finding) -> Markup {
     let class = if finding.verdict == Verdict::StructureLeft { "open" } else { "passed" };
     html! {

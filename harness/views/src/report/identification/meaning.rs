@@ -247,7 +247,6 @@ fn acts(term: &str) -> &'static str {
     }
 }
 
-/// Describes a driver.
 pub(super) fn cause(text: &str) -> String {
     let Some(Driver { wrap, field }) = Driver::parse(text) else {
         return text.to_owned();

@@ -77,7 +77,6 @@ fn draw(path: &[PathModel], metrics: &[&String], chosen: usize) -> Markup {
     })
 }
 
-/// Renders the models as a table.
 fn rows(path: &[PathModel], metrics: &[&String]) -> Markup {
     html! {
         div.scroll.plain { table {

@@ -44,7 +44,6 @@ impl Ruler {
         ruler
     }
 
-    /// Creates a ruler for all `values`.
     pub(super) fn around(name: &str, unit: &str, values: impl IntoIterator<Item = f64>) -> Self {
         Self::new(name, unit, ends(values))
     }

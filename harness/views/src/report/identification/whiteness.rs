@@ -48,7 +48,6 @@ fn band(block: &BlockDiagnostics) -> f64 {
     COVERAGE_95 / (block.after.len().max(1) as f64).sqrt()
 }
 
-/// Plots the autocorrelation of the residual.
 pub(super) fn autocorrelation(block: &BlockDiagnostics) -> Markup {
     let lagged = |values: &[f64]| -> Vec<Point> {
         let finite = values.iter().enumerate().filter(|(_, value)| value.is_finite());
