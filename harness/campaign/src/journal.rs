@@ -200,15 +200,25 @@ impl Journal {
     }
 }
 
-/// Reads the journal at `path` case by case, in the order of completion, without changing it. A truncated last line is
-/// left out.
+/// Reads the journal at `path` case by case, without changing it: in the order of their numbers, since the order in which several
+/// threads end is chance. Only cases that ended before an earlier one are held back. A truncated last line is left out.
 ///
 /// # Errors
 ///
 /// When it cannot be read, or a line is invalid.
 pub fn each_line(path: &Path, take: &mut dyn FnMut(Line)) -> Result<(), JournalError> {
     let failed = |source| JournalError::Io { path: path.to_owned(), source };
-    read(path, &File::open(path).map_err(failed)?, take).map(|_| ())
+    let (mut next, mut early) = (0, BTreeMap::new());
+    let mut in_order = |line: Line| {
+        early.insert(line.number, line);
+        while let Some(line) = early.remove(&next) {
+            next += 1;
+            take(line);
+        }
+    };
+    read(path, &File::open(path).map_err(failed)?, &mut in_order)?;
+    early.into_values().for_each(take);
+    Ok(())
 }
 
 /// The head, and the number of bytes in complete lines.
@@ -302,6 +312,21 @@ mod tests {
         let mut read = Vec::new();
         each_line(&path, &mut |line| read.push(line)).unwrap();
         assert_eq!(read, lines[..4]);
+    }
+
+    /// The page of a campaign on several threads named another first case than the campaign itself.
+    #[test]
+    fn cases_are_read_in_the_order_of_their_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal.jsonl");
+        let mut journal = Journal::open(&path, "toy").unwrap();
+        let lines = lines(5);
+        for place in [1, 0, 4, 2] {
+            journal.keep(&lines[place]).unwrap();
+        }
+        let mut read = Vec::new();
+        each_line(&path, &mut |line| read.push(line.number)).unwrap();
+        assert_eq!(read, [0, 1, 2, 4]);
     }
 
     /// Durations in real time differ; the first one determines the cases for good.
