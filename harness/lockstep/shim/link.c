@@ -5,7 +5,7 @@
 #include <sys/prctl.h>
 #include <sys/un.h>
 
-enum message { MESSAGE_HELLO = 1, MESSAGE_IDLE = 2, MESSAGE_FRAME = 7 };
+enum message { MESSAGE_HELLO = 1, MESSAGE_IDLE = 2, MESSAGE_FRAME = 7, MESSAGE_UNSENT = 12 };
 enum answer { ANSWER_RUN = 1, ANSWER_YES = 2, ANSWER_NO = 3 };
 
 struct to_harness {
@@ -154,6 +154,17 @@ bool link_request(enum request what, int64_t argument) {
     enum answer answer = take_answer();
     link_is_busy = false;
     return answer == ANSWER_YES;
+}
+
+unsigned link_unsent(uint32_t port, int64_t *until) {
+    struct to_harness question = {.kind = MESSAGE_UNSENT, .flag = port};
+    struct from_harness answer;
+    link_is_busy = true;
+    send_all(&question, offsetof(struct to_harness, frame));
+    receive_all(&answer, sizeof answer);
+    link_is_busy = false;
+    *until = answer.now;
+    return answer.bytes_came;
 }
 
 // Sends a notice that the harness does not answer.

@@ -40,6 +40,18 @@ static bool await_bytes(int fd, const struct serial *serial, size_t wanted) {
     return await_burst(fd, (int)enough, span ? span : NEVER) > 0;
 }
 
+// Lets time pass until the last byte that was written has left the port; false after a signal.
+bool serial_drain(const struct serial *serial) {
+    uint32_t number = (uint32_t)serial->number;
+    while (in_lockstep()) {
+        int64_t until;
+        link_unsent(number, &until);
+        if (until <= now_ns) break;
+        if (block_until(until) == INTERRUPTED) return errno = EINTR, false;
+    }
+    return true;
+}
+
 // Reads or writes for the program; blocks in virtual time if the program expects that.
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read) {
     struct serial *serial = of->object;

@@ -29,6 +29,9 @@ EXPORT int tcgetattr(int fd, struct termios *settings) {
 EXPORT int tcsetattr(int fd, int actions, const struct termios *settings) {
     struct serial *serial = serial_of(fd);
     if (!serial) return REAL(tcsetattr)(fd, actions, settings);
+    if (actions != TCSANOW && !serial_drain(serial)) return -1;
+    // Another thread may have closed it meanwhile.
+    if (serial_of(fd) != serial) return errno = EBADF, -1;
     if (actions == TCSAFLUSH) serial_forget_input(serial, TCIFLUSH);
     // The C library finds that a pty drops some bits, and calls that an error; a UART keeps them.
     struct termios of_pty = *settings;
@@ -41,7 +44,11 @@ EXPORT int tcflush(int fd, int queue) {
     if (serial_of(fd)) serial_forget_input(serial_of(fd), queue);
     return REAL(tcflush)(tty_of(fd), queue);
 }
-EXPORT int tcdrain(int fd) { return REAL(tcdrain)(tty_of(fd)); }
+EXPORT int tcdrain(int fd) {
+    struct serial *serial = serial_of(fd);
+    if (!serial) return REAL(tcdrain)(fd);
+    return serial_drain(serial) ? 0 : -1;
+}
 EXPORT int tcflow(int fd, int action) { return REAL(tcflow)(tty_of(fd), action); }
 EXPORT int tcsendbreak(int fd, int duration) { return REAL(tcsendbreak)(tty_of(fd), duration); }
 

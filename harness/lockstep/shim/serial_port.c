@@ -154,10 +154,33 @@ void serial_forget_input(const struct serial *serial, int queue) {
     while (queue != TCOFLUSH && REAL(recv)(serial->way, data, sizeof data, MSG_DONTWAIT) > 0) {}
 }
 
+static int bytes_unsent(const struct serial *serial) {
+    int64_t until;
+    unsigned count = link_unsent((uint32_t)serial->number, &until);
+    if (count) question();
+    return count < INT32_MAX ? (int)count : INT32_MAX;
+}
+
+// Whether a request waits until all bytes have left. TCSBRK with an argument is what `tcdrain` makes.
+static bool is_drained(unsigned long request, const void *argument) {
+    return request == TCSETSW || request == TCSETSF || request == SET_SETTINGS_DRAINED
+        || request == SET_SETTINGS_FLUSHED || (request == TCSBRK && argument);
+}
+
 // Handles an `ioctl` on a serial port; settings and modem lines are the pty's.
 int serial_control(int fd, unsigned long request, void *argument) {
     struct serial *serial = serial_of(fd);
+    if (is_drained(request, argument)) {
+        if (!serial_drain(serial)) return -1;
+        // Another thread may have closed it meanwhile.
+        if (serial_of(fd) != serial) return errno = EBADF, -1;
+    }
+    if (request == TCSETSF || request == SET_SETTINGS_FLUSHED) serial_forget_input(serial, TCIFLUSH);
     switch (request) {
+    case TIOCOUTQ:
+        if (!in_lockstep()) break;
+        *(int *)argument = bytes_unsent(serial);
+        return 0;
     case FIONBIO: serial->is_nonblocking = *(int *)argument; return 0;
     case FIONREAD: {
         is_ready(fd, POLLIN);

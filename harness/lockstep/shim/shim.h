@@ -63,6 +63,8 @@ enum tell { TELL_OPENED = 8, TELL_COOKED = 9, TELL_WROTE = 10, TELL_FRAMED = 11 
 void link_tell(enum tell what, uint32_t port, int64_t argument);
 void link_send_frame(const struct sent_frame *frame);
 void link_after_fork(void);
+// What has not yet left a serial port: the number of bytes, and when the last one will have.
+unsigned link_unsent(uint32_t port, int64_t *until);
 int link_guard(int fd);
 const char *link_path(void);
 
@@ -214,6 +216,7 @@ struct serial *serial_of(int fd);
 const char *serial_real(const char *path);
 const char *serial_path(int number);
 const char *serial_shown(const char *path);
+bool serial_drain(const struct serial *serial);
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read);
 
 // stdio.c

@@ -1,9 +1,10 @@
 //! A running program as a device.
 
-use crate::family::{Family, Given, Outside};
+use crate::family::Family;
 use crate::frame;
-use crate::link::{Change, SentFrame};
+use crate::link::{Change, SentFrame, Unsent};
 use crate::output::Kept;
+use crate::outside::{Given, Outside};
 use crate::processor::Place;
 use crate::serial_line::SerialLine;
 use crate::state::{Ended, State};
@@ -34,12 +35,22 @@ pub(crate) struct Lines {
     outbox: VecDeque<(PortId, Transmit)>,
     talk: Option<Talk>,
     lost: u64,
+    now: Timestamp,
 }
 
 impl Lines {
     pub(crate) fn new(ports: Vec<Port>, talk: Option<Talk>) -> Self {
-        Self { ports, outbox: VecDeque::new(), talk, lost: 0 }
+        Self { ports, outbox: VecDeque::new(), talk, lost: 0, now: Timestamp::ZERO }
     }
+}
+
+/// The serial port of this number among them, and its number among all ports.
+fn serial_port(ports: &mut [Port], number: usize) -> Option<(usize, &mut SerialLine)> {
+    let lines = ports.iter_mut().enumerate().filter_map(|(port, what)| match what {
+        Port::Serial(line) => Some((port, line)),
+        Port::Can(_) => None,
+    });
+    lines.into_iter().nth(number)
 }
 
 /// Queues what was written in one call, as packets.
@@ -72,27 +83,31 @@ impl Outside for Lines {
     }
 
     fn serial(&mut self, number: usize, change: Change) {
-        let Self { ports, outbox, lost, .. } = self;
-        let lines = ports.iter_mut().enumerate().filter_map(|(port, what)| match what {
-            Port::Serial(line) => Some((port, line)),
-            Port::Can(_) => None,
-        });
-        let Some((port, line)) = lines.into_iter().nth(number) else { return };
+        let Self { ports, outbox, lost, now, .. } = self;
+        let Some((port, line)) = serial_port(ports, number) else { return };
         match change {
             Change::Opened => line.opened(),
             Change::Settled { is_cooked, is_marked } => line.settled(is_cooked, is_marked),
             Change::Framed(framing) => line.framed(framing),
             Change::Wrote(count) => {
-                line.read_one(count, |bytes| put_bytes(outbox, lost, port, bytes));
+                line.read_one(*now, count, |bytes| put_bytes(outbox, lost, port, bytes));
             }
         }
     }
 
+    fn unsent(&mut self, number: usize) -> Unsent {
+        let Self { ports, outbox, lost, now, .. } = self;
+        let Some((port, line)) = serial_port(ports, number) else { return Unsent::default() };
+        // What went through the pty has not been reported.
+        line.read(*now, |bytes| put_bytes(outbox, lost, port, bytes));
+        line.unsent(*now)
+    }
+
     fn paused(&mut self) {
-        let Self { ports, outbox, talk, lost } = self;
+        let Self { ports, outbox, talk, lost, now } = self;
         for (number, port) in ports.iter_mut().enumerate() {
             let Port::Serial(line) = port else { continue };
-            line.read(|bytes| put_bytes(outbox, lost, number, bytes));
+            line.read(*now, |bytes| put_bytes(outbox, lost, number, bytes));
         }
         talk.iter_mut().for_each(Talk::read);
     }
@@ -274,6 +289,7 @@ impl Lockstep {
         let mut given = mem::take(&mut self.given);
         self.given.clocks = given.clocks;
         given.clocks.now = now.as_nanos();
+        self.lines.now = now;
         let Some(family) = &mut self.family else { return };
         match family.run(&given, &mut self.lines) {
             Ok(()) => {

@@ -1,7 +1,8 @@
 //! A program's processes. Each has a link; one runs at a time, in order of age, until none can go on.
 
 use crate::binary::{self, BinaryError, Way};
-use crate::link::{Change, Clocks, Link, Message, PATIENCE, Reading, SentFrame, Turn};
+use crate::link::{Clocks, Link, Message, PATIENCE, Reading, SentFrame, Turn};
+use crate::outside::{Given, Outside};
 use crate::spawned::{Spawned, is_gone, wait_for_death};
 use crate::state::Ended;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -34,25 +35,6 @@ pub(crate) struct Rules {
     pub talks: bool,
     /// Configuration for each process that joins, except the time.
     pub declarations: String,
-}
-
-/// Handles what the processes do to the outside while they run.
-pub(crate) trait Outside {
-    fn frame(&mut self, sent: &SentFrame);
-    /// A process did something with a serial port, given by its index.
-    fn serial(&mut self, number: usize, change: Change);
-    /// A process waits: its output is complete.
-    fn paused(&mut self);
-}
-
-/// Inputs for all processes at an instant.
-#[derive(Debug, Default)]
-pub(crate) struct Given {
-    pub clocks: Clocks,
-    pub frames: Vec<SentFrame>,
-    pub bytes_came: bool,
-    /// Signal for the eldest process only; zero for none.
-    pub signal: u32,
 }
 
 #[derive(Debug)]
@@ -267,6 +249,13 @@ impl Family {
             }
             Message::Serial(number, change) => {
                 outside.serial(number, change);
+                return Ok(());
+            }
+            Message::Unsent(number) => {
+                let unsent = outside.unsent(number);
+                if let Some(process) = self.processes.get_mut(&key) {
+                    let _ = process.link.tell_unsent(unsent);
+                }
                 return Ok(());
             }
             Message::Fork { others } => self.processes.len().saturating_add(others) < limit,

@@ -29,6 +29,8 @@ mod family;
 mod frame;
 mod link;
 mod output;
+mod outside;
+mod pace;
 mod processor;
 mod program;
 mod serial_line;

@@ -58,6 +58,8 @@ pub(crate) enum Message {
     Frame(SentFrame),
     /// It did something with one of its serial ports.
     Serial(usize, Change),
+    /// It asks what has not yet left one of its serial ports.
+    Unsent(usize),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +74,14 @@ pub(crate) enum Change {
     Framed(SerialSettings),
     /// This number of bytes was written in one call.
     Wrote(usize),
+}
+
+/// What a program wrote to a serial port and has not left it yet.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Unsent {
+    /// When the last byte will have left.
+    pub until: i64,
+    pub bytes: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,6 +189,16 @@ impl Link {
         self.out.extend([0; 28]);
         self.stream.write_all(&self.out)
     }
+
+    pub(crate) fn tell_unsent(&mut self, unsent: Unsent) -> io::Result<()> {
+        self.out.clear();
+        for word in [2, 0, 0, unsent.bytes] {
+            self.out.extend(word.to_ne_bytes());
+        }
+        self.out.extend(unsent.until.to_ne_bytes());
+        self.out.extend([0; 8]);
+        self.stream.write_all(&self.out)
+    }
 }
 
 enum Parsed {
@@ -224,6 +244,7 @@ fn parse(bytes: &[u8]) -> Parsed {
         }
         10 => Message::Serial(flag as usize, Change::Wrote(usize::try_from(argument).unwrap_or(0))),
         11 => Message::Serial(flag as usize, Change::Framed(framing(argument))),
+        12 => Message::Unsent(flag as usize),
         _ => return Parsed::Wrong,
     };
     Parsed::Whole(message, HEAD_BYTES)

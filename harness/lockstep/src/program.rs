@@ -20,6 +20,7 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+use wire::serial::SerialSettings;
 use wire::time::Span;
 
 /// The shim, built by `build.rs`.
@@ -99,7 +100,7 @@ fn with_tracer(path: &Path, name: &str, tracer: PathBuf) -> Command {
 
 #[derive(Debug)]
 enum Declared {
-    Serial(String, Option<u32>),
+    Serial(String, Option<SerialSettings>),
     Can(String),
     CanFd(String),
 }
@@ -144,9 +145,10 @@ impl Program {
         self
     }
 
-    /// Adds a serial port whose rate is `baud` until the program sets another.
-    pub fn serial_at(mut self, path: impl Into<String>, baud: u32) -> Self {
-        self.ports.push(Declared::Serial(path.into(), Some(baud)));
+    /// Adds a serial port on a line of these settings: the port has its rate until the program sets another, and what
+    /// the program writes leaves the port (`tcdrain`, `TIOCOUTQ`) at the rate of the line.
+    pub fn serial_at(mut self, path: impl Into<String>, line: SerialSettings) -> Self {
+        self.ports.push(Declared::Serial(path.into(), Some(line)));
         self
     }
 
@@ -301,11 +303,11 @@ impl Program {
                 None => {
                     let mut socket = link.as_os_str().to_owned();
                     socket.push((ports.len() - interfaces).to_string());
-                    let baud = match declared {
-                        Declared::Serial(_, baud) => *baud,
+                    let settings = match declared {
+                        Declared::Serial(_, settings) => *settings,
                         _ => None,
                     };
-                    let line = SerialLine::open(socket.as_ref(), baud);
+                    let line = SerialLine::open(socket.as_ref(), settings);
                     let line = line.map_err(failed_to("make a serial line"))?;
                     let _ = writeln!(declarations, "serial {name} {}", line.path());
                     ports.push(Port::Serial(line));

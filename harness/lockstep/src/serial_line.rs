@@ -1,6 +1,8 @@
 //! A serial line: a pty, which keeps the program's settings, and a local socket, which carries the bytes while the
 //! settings have no line discipline. A pty passes bytes on through a kernel thread, which would dominate the run time.
 
+use crate::link::Unsent;
+use crate::pace::Pace;
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
@@ -9,6 +11,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 use wire::serial::SerialSettings;
+use wire::time::Timestamp;
 
 /// First byte of a mark.
 const MARK: u8 = 0xFF;
@@ -27,6 +30,7 @@ pub(crate) struct SerialLine {
     is_marked: bool,
     /// As the program set its UART last; `None` until then.
     framing: Option<SerialSettings>,
+    pace: Pace,
     /// Bytes of a write that the program has not reported yet: they were taken while it waited in the middle of the
     /// call.
     early: usize,
@@ -34,9 +38,9 @@ pub(crate) struct SerialLine {
 }
 
 impl SerialLine {
-    /// Opens a line, raw on both sides and with this rate until the program sets another; the shim expects the socket at
-    /// `socket`.
-    pub(crate) fn open(socket: &Path, baud: Option<u32>) -> io::Result<Self> {
+    /// Opens a line, raw on both sides and with the rate of these settings until the program sets another; the shim
+    /// expects the socket at `socket`.
+    pub(crate) fn open(socket: &Path, line: Option<SerialSettings>) -> io::Result<Self> {
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
         let master = openpt(flags)?;
         grantpt(&master)?;
@@ -47,8 +51,8 @@ impl SerialLine {
         let slave = rustix::fs::open(path.as_str(), ours, Mode::empty())?;
         let mut settings = tcgetattr(&slave)?;
         settings.make_raw();
-        if let Some(baud) = baud {
-            settings.set_speed(baud)?;
+        if let Some(line) = line {
+            settings.set_speed(line.baud)?;
         }
         tcsetattr(&slave, OptionalActions::Now, &settings)?;
         rustix::fs::fcntl_setfl(&master, OFlags::RDWR | OFlags::NONBLOCK)?;
@@ -63,6 +67,7 @@ impl SerialLine {
             is_cooked: false,
             is_marked: false,
             framing: None,
+            pace: Pace::of(line),
             early: 0,
             lost: 0,
         })
@@ -98,6 +103,11 @@ impl SerialLine {
         self.framing
     }
 
+    /// What the program has written and has not left by `now`.
+    pub(crate) fn unsent(&self, now: Timestamp) -> Unsent {
+        self.pace.unsent(now)
+    }
+
     /// Puts bytes on the line; returns whether they went through the pty. What finds no room is lost and counted, as in
     /// a full UART buffer; bytes before the program has opened the line are not counted.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> bool {
@@ -121,16 +131,18 @@ impl SerialLine {
     }
 
     /// Passes `count` bytes, written in one call, to `take`.
-    pub(crate) fn read_one(&mut self, count: usize, mut take: impl FnMut(&[u8])) {
-        let early = self.early.min(count);
-        self.early -= early;
-        let mut left = count - early;
-        for way in &mut self.ways {
+    pub(crate) fn read_one(&mut self, now: Timestamp, count: usize, mut take: impl FnMut(&[u8])) {
+        let Self { ways, pace, early, .. } = self;
+        let before = (*early).min(count);
+        *early -= before;
+        let mut left = count - before;
+        for way in ways {
             let mut buffer = [0; READ_BYTES];
             while let Some(room @ [_, ..]) = buffer.get_mut(..left.min(READ_BYTES)) {
                 match way.read(room) {
                     Ok(count @ 1..) => {
                         take(room.get(..count).unwrap_or_default());
+                        pace.send(now, count);
                         left -= count;
                     }
                     Err(cause) if cause.kind() == ErrorKind::Interrupted => {}
@@ -141,8 +153,12 @@ impl SerialLine {
     }
 
     /// Passes the remaining bytes of the program to `take`.
-    pub(crate) fn read(&mut self, mut take: impl FnMut(&[u8])) {
-        let Self { master, ways, early, .. } = self;
+    pub(crate) fn read(&mut self, now: Timestamp, mut take: impl FnMut(&[u8])) {
+        let Self { master, ways, pace, early, .. } = self;
+        let mut take = |bytes: &[u8]| {
+            pace.send(now, bytes.len());
+            take(bytes);
+        };
         let mut take_early = |bytes: &[u8]| {
             *early += bytes.len();
             take(bytes);

@@ -2,6 +2,7 @@
 
 use crate::common::{c, compiled, example, gyro, python_with, same_each_time, source, text};
 use lockstep::Program;
+use wire::serial::SerialSettings;
 
 #[test]
 fn a_controller_in_c_with_poll() {
@@ -59,4 +60,51 @@ fn pyserial() {
     let text = text(&events, 1);
     assert!(text.starts_with("2 0.0176 0.020000000\n"), "{text:.80}");
     assert_eq!(text.lines().count(), 2_500, "one for two samples");
+}
+
+/// On a line of 10 kBd a byte takes a millisecond.
+#[test]
+fn what_is_written_leaves_at_the_rate_of_the_line() {
+    let run = |path: &str, how: &str| {
+        let line = SerialSettings::new_8n1(10_000);
+        let words = [path, "/dev/ttyHIL0", "/dev/ttyHIL1", how];
+        let program = || Program::new(words).serial_at("/dev/ttyHIL0", line).serial("/dev/ttyHIL1");
+        text(&same_each_time(2, 1, &[], program), 1)
+    };
+    let expected = "nothing 0 at 0, unsent 0\n\
+                    written 0 at 0, unsent 8\n\
+                    drained 0 at 8000000, unsent 0\n\
+                    later 0 at 12500000, unsent 4\n\
+                    set 0 at 16000000, unsent 0\n\
+                    set at once 0 at 16000000, unsent 4\n\
+                    flushed 0 at 20000000, unsent 0\n\
+                    request 0 at 28000000, unsent 0\n\
+                    interrupted -1 at 30000000, unsent 6\n\
+                    restarted 0 at 36000000, unsent 0\n\
+                    of another 0 at 44000000, unsent 0\n";
+    let (with_shim, with_tracer) = (c("drain.c"), compiled("gcc", "drain.c", &["-static"]));
+    for path in [&with_shim, &with_tracer] {
+        for how in ["raw", "cooked"] {
+            assert_eq!(run(path, how), expected, "{path} {how}");
+        }
+    }
+}
+
+/// `flush` and `out_waiting`, as a master on RS-485 uses them.
+#[test]
+fn pyserial_waits_until_its_bytes_have_left() {
+    let Some(python) = python_with("serial") else { return };
+    let script = "import serial, time\n\
+                  line = serial.Serial('/dev/ttyHIL0', 9600)\n\
+                  say = serial.Serial('/dev/ttyHIL1')\n\
+                  start = time.monotonic_ns()\n\
+                  def tell(): say.write(b'%d %d\\n' % (time.monotonic_ns() - start, line.out_waiting))\n\
+                  line.write(b'12345678'); tell()\n\
+                  time.sleep(0.005); tell()\n\
+                  line.flush(); tell()";
+    let line = SerialSettings::new_8n1(9_600);
+    let words = [python.as_str(), "-c", script];
+    let program = || Program::new(words).serial_at("/dev/ttyHIL0", line).serial("/dev/ttyHIL1");
+    let events = same_each_time(2, 1, &[], program);
+    assert_eq!(text(&events, 1), "0 8\n5000000 4\n8333333 0\n");
 }

@@ -111,7 +111,8 @@ fn what_the_program_sets_of_its_port_is_known_and_given_back() {
                 has = termios.tcgetattr(port)[2]\n\
                 print(has & termios.CSIZE == termios.CS7, has & termios.PARENB != 0, flush=True)\n\
                 os.read(port, 1)";
-    let mut running = script(text).serial_at("/dev/ttyHIL0", 19_200).talks().start().unwrap();
+    let line = SerialSettings::new_8n1(19_200);
+    let mut running = script(text).serial_at("/dev/ttyHIL0", line).talks().start().unwrap();
     assert_eq!(running.transmit(secs(0)), None);
     assert_eq!(running.framing(PortId(0)), None);
     running.receive(secs(1), PortId(0), &bytes("x"));

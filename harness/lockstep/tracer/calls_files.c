@@ -103,11 +103,10 @@ static int64_t control_serial(struct tracee *of, int copy, uint64_t *a) {
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
         if (sizes[i].request == request) takes = sizes[i].takes, gives = sizes[i].gives, is_pointer = true;
     if (!get(of, a[2], data, takes)) return -EFAULT;
-    if (request == TCSETSF || request == 0x402c542d) serial_forget_input(serial_of(copy), TCIFLUSH);
     // Whether descriptors are inherited is up to the program.
     if (request == FIOCLEX || request == FIONCLEX) return LET_GO;
     int64_t result = result_of(serial_control(copy, request, is_pointer ? data : (void *)a[2]));
-    return result >= 0 && !put(of, a[2], data, gives) ? -EFAULT : result;
+    return result >= 0 && !put(of, a[2], data, gives) ? -EFAULT : restarted(of, result);
 }
 
 #define IFREQ_BYTES 40

@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use wire::base::serial_link;
 use wire::device::{Device as _, PortId, Transmit};
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Timestamp;
@@ -53,11 +54,12 @@ pub fn start(
     ports.extend(base.map(|base| ("base".to_owned(), base.to_owned())));
     let words = fill(&words, &ports).map_err(|error| error.to_string())?;
     can_start(&words).map_err(|reason| format!("failed to start `controller`: {reason}"))?;
-    let mut program = in_words(words).serial(GYRO_PORT).talks().until(Arc::clone(stop));
+    let gyro = config.gyro.stream.format.serial();
+    let mut program = in_words(words).serial_at(GYRO_PORT, gyro).talks().until(Arc::clone(stop));
     program = match transport {
         None => program,
         Some(Transport::Can) => program.can(BASE_INTERFACE),
-        Some(Transport::Serial) => program.serial(BASE_PORT),
+        Some(Transport::Serial) => program.serial_at(BASE_PORT, serial_link::SETTINGS),
     };
     if let Some(log) = log {
         program = program.output(Printed::File(log.to_owned()));

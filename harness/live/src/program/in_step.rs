@@ -16,6 +16,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use wire::can::BitRates;
 use wire::device::{Device, PortId, Transmit};
+use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
 /// Time for a program to end after SIGTERM, as on a bench.
@@ -55,7 +56,7 @@ fn started(
         let kind = match declared(rig, *line) {
             Some(RigLine { medium: Medium::Serial(settings), .. }) => {
                 uarts.add(PortId(ports.len() as u8), rig.line_name(*line), *settings);
-                PortKind::Serial { baud: settings.baud }
+                PortKind::Serial(*settings)
             }
             Some(RigLine { data_bit_rate: Some(_), .. }) => PortKind::CanFd,
             _ => PortKind::Can,
@@ -99,7 +100,7 @@ struct How {
 
 #[derive(Debug, Clone, Copy)]
 enum PortKind {
-    Serial { baud: u32 },
+    Serial(SerialSettings),
     Can,
     CanFd,
 }
@@ -110,7 +111,7 @@ impl How {
         let mut program = in_words(self.words.clone());
         for (name, kind) in &self.ports {
             program = match kind {
-                PortKind::Serial { baud } => program.serial_at(name, *baud),
+                PortKind::Serial(settings) => program.serial_at(name, *settings),
                 PortKind::Can => program.can(name),
                 PortKind::CanFd => program.can_fd(name),
             };
