@@ -1,17 +1,33 @@
 // A program that replaces itself with one without the C library, or starts one, would leave the shim behind. Instead
-// the tracer is started, which runs that program in the same lockstep.
+// the tracer is started, which runs that program in the same lockstep. So it does with a program in Go, whose runtime
+// makes its own system calls even if the program loads the C library.
 #include "shim.h"
 #include <elf.h>
 #include <stdio.h>
 
 // Most segments that are read.
 #define SEGMENTS_MAX 64
+// Most bytes of notes that are read.
+#define NOTES_MAX 4096
 
 static char tracer[108];
 
 void tracer_declare(const char *path) { snprintf(tracer, sizeof tracer, "%s", path); }
 
-static bool is_static(const char *path) {
+// Whether the notes in a segment have the build ID of Go.
+static bool is_go(int fd, const Elf64_Phdr *segment) {
+    _Alignas(8) char notes[NOTES_MAX];
+    ssize_t size = pread(fd, notes, segment->p_filesz < sizeof notes ? segment->p_filesz : sizeof notes,
+                         (off_t)segment->p_offset);
+    for (ssize_t at = 0; at + (ssize_t)sizeof(Elf64_Nhdr) + 4 <= size;) {
+        const Elf64_Nhdr *note = (const Elf64_Nhdr *)(notes + at);
+        if (note->n_namesz == 4 && note->n_type == 4 && !memcmp(note + 1, "Go\0", 4)) return true;
+        at += (ssize_t)sizeof *note + (ssize_t)((note->n_namesz + 3ULL) & ~3ULL) + (ssize_t)((note->n_descsz + 3ULL) & ~3ULL);
+    }
+    return false;
+}
+
+static bool is_for_tracer(const char *path) {
     Elf64_Ehdr head;
     Elf64_Phdr segments[SEGMENTS_MAX];
     int fd = REAL(openat)(AT_FDCWD, path, O_RDONLY | O_CLOEXEC);
@@ -21,10 +37,13 @@ static bool is_static(const char *path) {
         && (head.e_type == ET_EXEC || head.e_type == ET_DYN) && head.e_phnum <= SEGMENTS_MAX;
     ssize_t size = has_head ? (ssize_t)(head.e_phnum * sizeof *segments) : 0;
     bool has_segments = has_head && pread(fd, segments, (size_t)size, (off_t)head.e_phoff) == size;
+    bool has_loader = false, speaks_go = false;
+    for (int i = 0; has_segments && i < head.e_phnum; i++) {
+        has_loader |= segments[i].p_type == PT_INTERP;
+        speaks_go |= segments[i].p_type == PT_NOTE && is_go(fd, &segments[i]);
+    }
     REAL(close)(fd);
-    for (int i = 0; has_segments && i < head.e_phnum; i++)
-        if (segments[i].p_type == PT_INTERP) return false;
-    return has_segments;
+    return has_segments && (!has_loader || speaks_go);
 }
 
 // Where `execvp` finds a program; the name itself if it has a slash.
@@ -40,12 +59,12 @@ static const char *found(const char *file, char room[PATH_MAX]) {
     return NULL;
 }
 
-// For a static program, the tracer's command line in a block that the caller frees, with the tracer in place of the
-// name. NULL if the program is not static.
+// For a static program or one in Go, the tracer's command line in a block that the caller frees, with the tracer in place of the
+// name. NULL for any other program.
 char **as_traced(const char **file, char *const *arguments) {
     char room[PATH_MAX];
     const char *path = tracer[0] && *file ? found(*file, room) : NULL;
-    if (!path || !is_static(path)) return NULL;
+    if (!path || !is_for_tracer(path)) return NULL;
     size_t count = 0;
     while (arguments && arguments[count]) count++;
     char **words = malloc((count + 4) * sizeof *words + strlen(path) + 1);

@@ -17,6 +17,12 @@ const SEGMENTS_MAX: u16 = 1_024;
 const NAME_BYTES_MAX: u64 = 4_096;
 /// `PT_INTERP`: names the loader of the program and the shim.
 const INTERPRETER: u32 = 3;
+/// `PT_NOTE`: what the program says of itself.
+const NOTES: u32 = 4;
+/// Most bytes of notes that are read.
+const NOTES_BYTES_MAX: u64 = 16_384;
+/// Name and kind of the note with the build ID of Go.
+const GO: (&[u8], u32) = (b"Go\0\0", 4);
 const SEGMENT_BYTES: u64 = 56;
 
 /// Why a program cannot run in virtual time.
@@ -33,9 +39,13 @@ pub enum BinaryError {
         /// Why.
         source: io::Error,
     },
-    /// It is linked statically (as Go programs are) or loads musl: the shim cannot be preloaded, and there is no tracer
-    /// for this machine.
-    #[error("{} does not load glibc: on this machine virtual time needs a program that does", .0.display())]
+    /// It is linked statically, is in Go or loads musl: the shim cannot be preloaded or is not asked, and there is no
+    /// tracer for this machine.
+    #[error(
+        "{} does not make its system calls through glibc: on this machine virtual time needs a program that does, and none \
+         in Go",
+        .0.display()
+    )]
     NoShim(PathBuf),
     /// It runs with the rights of another user, so the loader preloads nothing.
     #[error("{} is set-uid or set-gid: the shim is not loaded into such a program", .0.display())]
@@ -50,7 +60,8 @@ pub enum BinaryError {
 pub(crate) enum Way {
     /// The loader preloads the shim.
     Shim,
-    /// It is linked statically or loads musl: the tracer runs it. The tracer is for x86-64 only.
+    /// It is linked statically, loads musl, or is in Go, whose runtime makes its own system calls even if it loads glibc:
+    /// the tracer runs it. The tracer is for x86-64 only.
     Tracer,
 }
 
@@ -107,8 +118,10 @@ fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<Way, BinaryEr
     if half(18) != Some(MACHINE) {
         return Err(BinaryError::Foreign(path));
     }
-    let way = match interpreter(&mut file, start, count) {
-        Ok(Some(loader)) if loads_our_library(&loader) => Way::Shim,
+    let way = match described(&mut file, start, count) {
+        Ok(Described { loader: Some(loader), is_go: false }) if loads_our_library(&loader) => {
+            Way::Shim
+        }
         Ok(_) => Way::Tracer,
         Err(source) => return Err(BinaryError::Unreadable { path, source }),
     };
@@ -118,22 +131,56 @@ fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<Way, BinaryEr
     }
 }
 
-/// The loader named in the program's header; `None` if it needs none.
-fn interpreter(file: &mut File, start: u64, count: u16) -> io::Result<Option<String>> {
+/// What the program's headers say.
+#[derive(Debug, Default)]
+struct Described {
+    /// `None` if it needs no loader.
+    loader: Option<String>,
+    is_go: bool,
+}
+
+fn described(file: &mut File, start: u64, count: u16) -> io::Result<Described> {
+    let mut described = Described::default();
     for number in 0..u64::from(count.min(SEGMENTS_MAX)) {
         file.seek(SeekFrom::Start(start + number * SEGMENT_BYTES))?;
         let mut segment = [0; SEGMENT_BYTES as usize];
         file.read_exact(&mut segment)?;
         let word = |at: usize| u64::from_ne_bytes(std::array::from_fn(|byte| segment[at + byte]));
-        if segment[..4] == INTERPRETER.to_ne_bytes() {
+        let mut contents = |bytes_max: u64| -> io::Result<Vec<u8>> {
+            let mut contents = Vec::new();
             file.seek(SeekFrom::Start(word(8)))?;
-            let mut name = Vec::new();
-            file.take(word(32).min(NAME_BYTES_MAX)).read_to_end(&mut name)?;
+            file.take(word(32).min(bytes_max)).read_to_end(&mut contents)?;
+            Ok(contents)
+        };
+        if segment[..4] == INTERPRETER.to_ne_bytes() {
+            let name = contents(NAME_BYTES_MAX)?;
             let name = String::from_utf8_lossy(&name);
-            return Ok(Some(name.trim_end_matches('\0').to_owned()));
+            described.loader = Some(name.trim_end_matches('\0').to_owned());
+        }
+        if segment[..4] == NOTES.to_ne_bytes() {
+            described.is_go |= has_note(&contents(NOTES_BYTES_MAX)?, GO);
         }
     }
-    Ok(None)
+    Ok(described)
+}
+
+/// Whether one of these notes has this name and kind. Notes of eight-byte alignment are of others, and end the search.
+fn has_note(mut notes: &[u8], (name, kind): (&[u8], u32)) -> bool {
+    loop {
+        let word = |at: usize| notes.get(at..at + 4)?.try_into().ok().map(u32::from_ne_bytes);
+        let (Some(name_bytes), Some(bytes), Some(found)) = (word(0), word(4), word(8)) else {
+            return false;
+        };
+        let aligned = |bytes: u32| (bytes as usize).next_multiple_of(4);
+        let named = notes.get(12..).and_then(|rest| rest.get(..name_bytes as usize));
+        if named == Some(name) && found == kind {
+            return true;
+        }
+        let Some(rest) = notes.get(12 + aligned(name_bytes) + aligned(bytes)..) else {
+            return false;
+        };
+        notes = rest;
+    }
 }
 
 /// Whether a loader can load the shim, which is built for glibc: musl's cannot.
@@ -152,13 +199,32 @@ const MACHINE: u16 = if cfg!(target_arch = "x86_64") {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_privileged, loads_our_library, script_interpreter};
+    use super::{GO, has_note, is_privileged, loads_our_library, script_interpreter};
     use std::path::PathBuf;
 
     #[test]
     fn the_shim_is_for_the_loader_of_glibc() {
         assert!(loads_our_library("/lib64/ld-linux-x86-64.so.2"));
         assert!(!loads_our_library("/lib/ld-musl-x86_64.so.1"));
+    }
+
+    #[test]
+    fn a_program_in_go_says_so() {
+        let note = |name: &[u8], kind: u32, bytes: &[u8]| {
+            let sizes = [name.len() as u32, bytes.len() as u32, kind];
+            let mut note: Vec<u8> = sizes.into_iter().flat_map(u32::to_ne_bytes).collect();
+            note.extend(name);
+            note.extend(bytes);
+            note.resize(note.len().next_multiple_of(4), 0);
+            note
+        };
+        let (gnu, go) = (note(b"GNU\0", 4, b"12345"), note(b"Go\0\0", 4, b"r0joBZ"));
+        assert!(has_note(&go, GO));
+        assert!(has_note(&[gnu.clone(), go.clone()].concat(), GO));
+        assert!(!has_note(&gnu, GO));
+        assert!(!has_note(&go[..13], GO));
+        assert!(!has_note(&note(b"GNU\0", u32::MAX, &[]), GO));
+        assert!(!has_note(&[0xFF; 40], GO));
     }
 
     #[test]

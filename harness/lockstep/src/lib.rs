@@ -1,10 +1,10 @@
 //! Runs unmodified programs in the harness's virtual time.
 //!
 //! A shared library (`shim/`, in C) is preloaded into the program. It answers all queries of time from the harness, and
-//! tells the harness when the whole program waits, and until when. A program that loads no library (a static one, as
-//! those of Go are) is run by a tracer (`tracer/`, in C), which does the same at its system calls. Thus the program is
-//! a state machine like any other: [`Lockstep`] is a [`wire::device::Device`]. `docs/virtual-time.md` states the
-//! guarantees and how a program can break them.
+//! tells the harness when the whole program waits, and until when. A program that loads no library (a static one), or
+//! is in Go, is run by a tracer (`tracer/`, in C), which does the same at its system calls. Thus the program is a state
+//! machine like any other: [`Lockstep`] is a [`wire::device::Device`]. `docs/virtual-time.md` states the guarantees and
+//! how a program can break them.
 //!
 //! ```no_run
 //! use lockstep::Program;

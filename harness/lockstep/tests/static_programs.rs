@@ -1,7 +1,8 @@
 //! Programs without a C library: the tracer runs them, with the same contract as the shim.
 
 use crate::common::{
-    Busy, base, c, compiled, drive, example, frame, go, gyro, same_each_time, secs, source, text,
+    Busy, base, c, compiled, drive, example, frame, go, go_with, gyro, same_each_time, secs,
+    source, text,
 };
 use lockstep::verify::{Event, compare};
 use lockstep::{Ended, Program};
@@ -81,6 +82,33 @@ fn goroutines_on_serial_lines() {
     // The order of a map is random, and the random numbers are the same.
     let orders: BTreeSet<&str> = text.lines().filter_map(|line| line.split(' ').nth(4)).collect();
     assert!(orders.len() > 1, "{orders:?}");
+}
+
+/// As `go build` makes it where there is a C compiler: it loads glibc, and its runtime makes its own system calls.
+#[test]
+fn go_with_the_c_library_as_without() {
+    let run = |path: &str, shell: &str| {
+        let words = ["sh", "-c", shell, path, "/dev/ttyHIL0"];
+        let words = if shell.is_empty() { &[path, "/dev/ttyHIL0"][..] } else { &words };
+        let program = || {
+            let program = Program::new(words.iter().copied()).serial("/dev/ttyHIL0");
+            program.env("GODEBUG", "netdns=cgo")
+        };
+        text(&same_each_time(2, 2, &[gyro(0)], program), 0)
+    };
+    let (Some(with), Some(without)) = (go_with("net.go", "1"), go("net.go")) else { return };
+    let headers = Command::new("readelf").args(["-lW", &with]).output().unwrap().stdout;
+    assert!(String::from_utf8_lossy(&headers).contains("/ld-linux-"), "it does not load glibc");
+    let expected = run(&without, "");
+    assert!(
+        expected.starts_with("[127.0.0.1] <nil>\ncame \"0.9190\\n\" 10000000\n"),
+        "{expected:.80}"
+    );
+    assert!(expected.contains("\ntick 20000000\n") && expected.contains("\ntick 2000000000\n"));
+    assert_eq!(run(&with, ""), expected);
+    // Started by a program with the shim.
+    assert_eq!(run(&with, "\"$0\" \"$1\""), expected);
+    assert_eq!(run(&with, "exec \"$0\" \"$1\""), expected);
 }
 
 #[test]

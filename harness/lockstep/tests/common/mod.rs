@@ -196,13 +196,18 @@ pub fn c(name: &str) -> String {
 
 /// One of the programs in Go, without the C library; `None`, with a message, if there is no compiler.
 pub fn go(name: &str) -> Option<String> {
+    go_with(name, "0")
+}
+
+/// The same with `CGO_ENABLED` of this value: "1" is the default of Go where there is a C compiler.
+pub fn go_with(name: &str, cgo: &str) -> Option<String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let path = folder.join(format!("{name}-{}", std::process::id()));
+    let path = folder.join(format!("{name}-{cgo}-{}", std::process::id()));
     let built = Command::new("go")
         .args(["build", "-o"])
         .arg(&path)
         .arg(source(name))
-        .env("CGO_ENABLED", "0")
+        .env("CGO_ENABLED", cgo)
         .env("GO111MODULE", "off")
         .env("GOCACHE", folder.join("go"))
         .status();
