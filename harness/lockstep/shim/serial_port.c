@@ -2,6 +2,7 @@
 // socket, which carries the bytes: a pty passes bytes on through a kernel thread, which would dominate the run time. If
 // the settings have a line discipline (echo, lines, line endings), the bytes go through the pty.
 #include "shim.h"
+#include <linux/serial.h>
 #include <stdio.h>
 #include <sys/ioctl.h>
 #include <sys/un.h>
@@ -14,6 +15,7 @@ static struct port {
     uint32_t dropped;
     bool is_framed;
     int64_t told;
+    struct serial_rs485 rs485;
 } ports[PORTS_MAX];
 static int port_count;
 
@@ -167,6 +169,21 @@ static bool is_drained(unsigned long request, const void *argument) {
         || request == SET_SETTINGS_FLUSHED || (request == TCSBRK && argument);
 }
 
+// As drivers do: what belongs to a mode that is off is forgotten, RTS has one level while sending and another after it, and
+// no delay is longer than a tenth of a second. The harness's line needs no driver to be switched.
+static void set_rs485(struct port *port, struct serial_rs485 *asked) {
+    const uint32_t levels = SER_RS485_RTS_ON_SEND | SER_RS485_RTS_AFTER_SEND;
+    struct serial_rs485 kept = {0};
+    if (asked->flags & SER_RS485_ENABLED) {
+        kept.flags = asked->flags;
+        bool is_on = kept.flags & SER_RS485_RTS_ON_SEND, is_after = kept.flags & SER_RS485_RTS_AFTER_SEND;
+        if (is_on == is_after) kept.flags = (kept.flags & ~levels) | SER_RS485_RTS_ON_SEND;
+        kept.delay_rts_before_send = asked->delay_rts_before_send < 100 ? asked->delay_rts_before_send : 100;
+        kept.delay_rts_after_send = asked->delay_rts_after_send < 100 ? asked->delay_rts_after_send : 100;
+    }
+    *asked = port->rs485 = kept;
+}
+
 // Handles an `ioctl` on a serial port; settings and modem lines are the pty's.
 int serial_control(int fd, unsigned long request, void *argument) {
     struct serial *serial = serial_of(fd);
@@ -181,6 +198,8 @@ int serial_control(int fd, unsigned long request, void *argument) {
         if (!in_lockstep()) break;
         *(int *)argument = bytes_unsent(serial);
         return 0;
+    case TIOCGRS485: *(struct serial_rs485 *)argument = ports[serial->number].rs485; return 0;
+    case TIOCSRS485: set_rs485(&ports[serial->number], argument); return 0;
     case FIONBIO: serial->is_nonblocking = *(int *)argument; return 0;
     case FIONREAD: {
         is_ready(fd, POLLIN);

@@ -108,3 +108,26 @@ fn pyserial_waits_until_its_bytes_have_left() {
     let events = same_each_time(2, 1, &[], program);
     assert_eq!(text(&events, 1), "0 8\n5000000 4\n8333333 0\n");
 }
+
+#[test]
+fn the_mode_of_rs_485_is_kept() {
+    let expected = "first 0: 0 0 0\n\
+                    set 0: 15 2 3\n\
+                    kept 0: 15 2 3\n\
+                    opened again 0: 15 2 3\n\
+                    put right 0: 3 2 100\n\
+                    off 0: 0 0 0\n\
+                    of another 0: 0 0 0\n";
+    for path in [c("rs485.c"), compiled("gcc", "rs485.c", &["-static"])] {
+        assert_eq!(text(&same_each_time(2, 1, &[], || two(&[&path])), 1), expected, "{path}");
+    }
+    let Some(python) = python_with("serial.rs485") else { return };
+    let script = "import serial, serial.rs485, sys\n\
+                  line, say = serial.Serial(sys.argv[1], 9600), serial.Serial(sys.argv[2])\n\
+                  line.rs485_mode = serial.rs485.RS485Settings(delay_before_tx=0.002)\n\
+                  line.baudrate = 19200\n\
+                  line.write(b'sent')\n\
+                  say.write(b'as set')";
+    let events = same_each_time(2, 1, &[], || two(&[&python, "-c", script]));
+    assert_eq!((&*text(&events, 0), &*text(&events, 1)), ("sent", "as set"));
+}

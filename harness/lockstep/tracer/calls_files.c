@@ -93,6 +93,7 @@ static const struct {
     {0x402c542c, 44, 0}, {0x402c542d, 44, 0}, {TIOCMGET, 0, 4}, {TIOCMSET, 4, 0}, {TIOCMBIS, 4, 0}, {TIOCMBIC, 4, 0},
     {FIONREAD, 0, 4}, {TIOCOUTQ, 0, 4}, {FIONBIO, 4, 0},  {TIOCGWINSZ, 0, 8}, {TIOCSWINSZ, 8, 0}, {TIOCGPGRP, 0, 4},
     {TIOCSPGRP, 4, 0}, {TIOCGSERIAL, 0, 72}, {TIOCSSERIAL, 72, 0}, {TIOCGEXCL, 0, 4}, {TIOCGSOFTCAR, 0, 4},
+    {TIOCGRS485, 0, 32}, {TIOCSRS485, 32, 32},
 };
 
 static int64_t control_serial(struct tracee *of, int copy, uint64_t *a) {
