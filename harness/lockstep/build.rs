@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Sources of the shim that the tracer shares.
-const SHARED: [&str; 13] = [
+const SHARED: [&str; 14] = [
     "can_bcm.c",
     "can_interface.c",
+    "can_links.c",
     "can_message.c",
     "can_socket.c",
     "descriptors.c",

@@ -21,6 +21,7 @@ void can_declare(const char *name, bool is_fd) {
 }
 
 int can_interfaces(void) { return count; }
+int can_first(void) { return INDEX_BASE; }
 
 int can_index(const char *name) {
     for (int i = 0; i < count; i++)
@@ -33,7 +34,7 @@ bool can_takes_fd(int index) { return can_name(index) && takes_fd[index - INDEX_
 // Whether the controller of an interface is bus-off, as its error frames say.
 bool can_is_off(int index) { return can_name(index) && is_off[index - INDEX_BASE]; }
 
-static int flags_of(int index) { return IFF_UP | IFF_NOARP | (can_is_off(index) ? 0 : IFF_RUNNING); }
+int can_flags(int index) { return IFF_UP | IFF_NOARP | (can_is_off(index) ? 0 : IFF_RUNNING); }
 
 void can_errs(int index, canid_t id) {
     if (!can_name(index)) return;
@@ -105,7 +106,7 @@ bool can_file_text(const char *path, char text[32]) {
     if (!strcmp(rest, "/ifindex")) number = index;
     if (!strcmp(rest, "/carrier")) number = !can_is_off(index);
     if (number >= 0) snprintf(text, 32, "%d\n", number);
-    else if (!strcmp(rest, "/flags")) snprintf(text, 32, "0x%x\n", flags_of(index));
+    else if (!strcmp(rest, "/flags")) snprintf(text, 32, "0x%x\n", can_flags(index));
     else if (!strcmp(rest, "/operstate")) snprintf(text, 32, can_is_off(index) ? "down\n" : "up\n");
     else return false;
     return true;
@@ -137,7 +138,7 @@ bool can_interface_ioctl(unsigned long request, void *argument, int *result) {
     *result = 0;
     switch (request) {
     case SIOCGIFINDEX: asked->ifr_ifindex = index; break;
-    case SIOCGIFFLAGS: asked->ifr_flags = (short)flags_of(index); break;
+    case SIOCGIFFLAGS: asked->ifr_flags = (short)can_flags(index); break;
     case SIOCGIFMTU: asked->ifr_mtu = can_takes_fd(index) ? CANFD_MTU : CAN_MTU; break;
     case SIOCGIFHWADDR: asked->ifr_hwaddr.sa_family = ARPHRD_CAN; break;
     default: errno = EOPNOTSUPP, *result = -1;

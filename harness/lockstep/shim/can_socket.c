@@ -47,6 +47,7 @@ EXPORT int socket(int family, int type, int protocol) {
     if (is_managed() && family == AF_CAN) return can_open(type, protocol);
     int fd = REAL(socket)(family, type, protocol);
     if (fd >= 0) descriptor_closed(fd);
+    if (fd >= 0 && is_managed() && is_route(family, protocol)) route_open(fd);
     return fd;
 }
 

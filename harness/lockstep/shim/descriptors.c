@@ -46,6 +46,7 @@ void unguard(int fd) {
 static void retain(const struct descriptor *of) {
     if (of->kind == FD_SERIAL) ((struct serial *)of->object)->users++;
     if (of->kind == FD_CAN) can_retain(of->object);
+    if (of->kind == FD_ROUTE) route_retain(of->object);
     if (of->kind == FD_TIMER) ((struct timer_fd *)of->object)->users++;
 }
 
@@ -56,6 +57,7 @@ void descriptor_closed(int fd) {
     *of = (struct descriptor){0};
     if (was.kind == FD_SERIAL) serial_release(was.object);
     if (was.kind == FD_CAN) can_release(was.object);
+    if (was.kind == FD_ROUTE) route_release(was.object);
     if (was.kind == FD_TIMER) timer_fd_release(was.object);
 }
 

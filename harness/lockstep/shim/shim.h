@@ -164,7 +164,7 @@ void timer_fd_set(struct timer_fd *of, bool is_absolute, const struct itimerspec
 void timers_after_fork(void);
 
 // descriptors.c: descriptors with a special meaning.
-enum fd_kind { FD_PLAIN, FD_SERIAL, FD_CAN, FD_TIMER };
+enum fd_kind { FD_PLAIN, FD_SERIAL, FD_CAN, FD_TIMER, FD_ROUTE };
 struct descriptor {
     enum fd_kind kind;
     void *object;
@@ -234,6 +234,8 @@ void can_errs(int index, canid_t id);
 int can_index(const char *name);
 const char *can_name(int index);
 int can_interfaces(void);
+int can_first(void);
+int can_flags(int index);
 struct can_socket;
 int can_open(int type, int protocol);
 void can_deliver(const struct sent_frame *sent, const struct can_socket *from);
@@ -248,5 +250,15 @@ bool can_file_text(const char *path, char text[32]);
 int can_open_file(const char *path, int flags);
 const char *can_file_like(const char *path);
 bool can_interface_ioctl(unsigned long request, void *argument, int *result);
+
+// can_links.c: netlink sockets that list interfaces.
+struct route_socket;
+bool is_route(int family, int protocol);
+void route_open(int fd);
+void route_retain(struct route_socket *route);
+void route_release(struct route_socket *route);
+void route_asks(const struct descriptor *of, const void *data, size_t size);
+bool route_answers(const struct descriptor *of);
+ssize_t route_receive(int fd, struct descriptor *of, struct msghdr *message, int flags);
 
 #endif

@@ -8,6 +8,16 @@ static enum fd_kind kind_of(int fd) {
     return of ? of->kind : FD_PLAIN;
 }
 
+// A request for interfaces goes on to the kernel.
+static void ask_route(int fd, const struct iovec *parts, size_t count) {
+    if (kind_of(fd) == FD_ROUTE && count) route_asks(descriptor(fd), parts->iov_base, parts->iov_len);
+}
+
+static ssize_t take_route(int fd, void *data, size_t size, int flags) {
+    struct iovec part = {data, size};
+    return route_receive(fd, descriptor(fd), &(struct msghdr){.msg_iov = &part, .msg_iovlen = 1}, flags);
+}
+
 // True if the call may proceed: it will not block, or must not wait.
 static bool await(int fd, short events, bool is_told_not_to) {
     if (!in_lockstep() || is_ready(fd, events)) return progressed = true;
@@ -27,6 +37,7 @@ EXPORT ssize_t read(int fd, void *data, size_t size) {
     struct descriptor *of = descriptor(fd);
     if (kind_of(fd) == FD_SERIAL) return serial_transfer(fd, of, &(struct iovec){data, size}, 1, true);
     if (kind_of(fd) == FD_CAN) return can_read(fd, of, data, size);
+    if (route_answers(of)) return take_route(fd, data, size, 0);
     return await(fd, POLLIN, false) ? REAL(read)(fd, data, size) : -1;
 }
 
@@ -69,6 +80,7 @@ EXPORT ssize_t write(int fd, const void *data, size_t size) {
         return serial_transfer(fd, of, &(struct iovec){(void *)data, size}, 1, false);
     }
     if (kind_of(fd) == FD_CAN) return can_write(fd, of, data, size);
+    ask_route(fd, &(struct iovec){(void *)data, size}, 1);
     if (size > PIPE_PIECE && in_lockstep() && !is_file(fd) && !is_nonblocking(fd)) return write_pieces(fd, data, size);
     return await(fd, POLLOUT, false) ? REAL(write)(fd, data, size) : -1;
 }
@@ -94,11 +106,12 @@ EXPORT ssize_t __recv_chk(int fd, void *data, size_t size, size_t room, int flag
 
 EXPORT ssize_t recvfrom(int fd, void *restrict data, size_t size, int flags, struct sockaddr *restrict from,
                         socklen_t *restrict from_size) {
-    if (kind_of(fd) == FD_CAN) {
+    bool is_list = route_answers(descriptor(fd));
+    if (kind_of(fd) == FD_CAN || is_list) {
         struct iovec part = {data, size};
         struct msghdr message = {
             .msg_iov = &part, .msg_iovlen = 1, .msg_name = from, .msg_namelen = from_size ? *from_size : 0};
-        ssize_t count = can_receive(fd, descriptor(fd), &message, flags);
+        ssize_t count = (is_list ? route_receive : can_receive)(fd, descriptor(fd), &message, flags);
         if (from_size) *from_size = message.msg_namelen;
         return count;
     }
@@ -114,6 +127,7 @@ EXPORT ssize_t __recvfrom_chk(int fd, void *restrict data, size_t size, size_t r
 
 EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags) {
     if (kind_of(fd) == FD_CAN) return can_receive(fd, descriptor(fd), message, flags);
+    if (route_answers(descriptor(fd))) return route_receive(fd, descriptor(fd), message, flags);
     return await(fd, POLLIN, flags & MSG_DONTWAIT) ? REAL(recvmsg)(fd, message, flags) : -1;
 }
 
@@ -150,6 +164,7 @@ EXPORT int sendmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags)
 
 EXPORT ssize_t sendmsg(int fd, const struct msghdr *message, int flags) {
     if (kind_of(fd) == FD_CAN) return can_send(fd, descriptor(fd), message, flags);
+    ask_route(fd, message->msg_iov, message->msg_iovlen);
     return await(fd, POLLOUT, flags & MSG_DONTWAIT) ? REAL(sendmsg)(fd, message, flags) : -1;
 }
 
@@ -160,12 +175,14 @@ EXPORT ssize_t sendto(int fd, const void *data, size_t size, int flags, const st
             .msg_iov = &part, .msg_iovlen = 1, .msg_name = (void *)to, .msg_namelen = to_size};
         return can_send(fd, descriptor(fd), &message, flags);
     }
+    ask_route(fd, &(struct iovec){(void *)data, size}, 1);
     if (!await(fd, POLLOUT, flags & MSG_DONTWAIT)) return -1;
     return REAL(sendto)(fd, data, size, flags, to, to_size);
 }
 
 EXPORT ssize_t send(int fd, const void *data, size_t size, int flags) {
     if (kind_of(fd) == FD_CAN) return can_write(fd, descriptor(fd), data, size);
+    ask_route(fd, &(struct iovec){(void *)data, size}, 1);
     return await(fd, POLLOUT, flags & MSG_DONTWAIT) ? REAL(send)(fd, data, size, flags) : -1;
 }
 

@@ -281,3 +281,27 @@ fn programs_in_c_with_fd_frames() {
         assert_eq!(sent.collect::<Vec<_>>(), expected, "{kind}");
     }
 }
+
+/// musl comes without the headers of the kernel.
+const MUSL: [&str; 4] =
+    ["-idirafter", "/usr/include", "-idirafter", "/usr/include/x86_64-linux-gnu"];
+
+/// Where a kernel lists its interfaces, ours are among them.
+#[test]
+fn interfaces_are_listed() {
+    let libc = ["can0 1000 up running 0 0\n", "can1 1001 up running 0 0\n"].concat();
+    let kernel = ["can0 1000 up running 280 16\n", "can1 1001 up running 280 72\n"].concat();
+    let expected =
+        ["index 1000\ncan0 1000\ncan1 1001\n", &libc, &libc, &kernel, &kernel, "loopback 1\n"]
+            .concat();
+    let mut paths = vec![c("interfaces.c"), compiled("gcc", "interfaces.c", &["-static"])];
+    if std::process::Command::new("musl-gcc").arg("--version").output().is_ok() {
+        paths.push(compiled("musl-gcc", "interfaces.c", &MUSL));
+    }
+    for path in paths {
+        let program = Program::new([path.as_str(), "/dev/ttyHIL0"]).serial("/dev/ttyHIL0");
+        let mut running = program.can("can0").can_fd("can1").start().unwrap();
+        let events = drive(&mut running, secs(1), &[]);
+        assert_eq!(text(&events, 0), expected, "{path} {}", running.last_words());
+    }
+}

@@ -88,11 +88,11 @@ fn goroutines_on_serial_lines() {
 #[test]
 fn go_with_the_c_library_as_without() {
     let run = |path: &str, shell: &str| {
-        let words = ["sh", "-c", shell, path, "/dev/ttyHIL0"];
-        let words = if shell.is_empty() { &[path, "/dev/ttyHIL0"][..] } else { &words };
+        let words = ["sh", "-c", shell, path, "/dev/ttyHIL0", "can0", "can1", "none"];
+        let words = if shell.is_empty() { &words[3..] } else { &words };
         let program = || {
             let program = Program::new(words.iter().copied()).serial("/dev/ttyHIL0");
-            program.env("GODEBUG", "netdns=cgo")
+            program.can("can0").can_fd("can1").env("GODEBUG", "netdns=cgo")
         };
         text(&same_each_time(2, 2, &[gyro(0)], program), 0)
     };
@@ -101,14 +101,25 @@ fn go_with_the_c_library_as_without() {
     assert!(String::from_utf8_lossy(&headers).contains("/ld-linux-"), "it does not load glibc");
     let expected = run(&without, "");
     assert!(
-        expected.starts_with("[127.0.0.1] <nil>\ncame \"0.9190\\n\" 10000000\n"),
-        "{expected:.80}"
+        expected.starts_with(
+            "[127.0.0.1] <nil>\n\
+             &{1000 16 can0  up} <nil>\n\
+             can0 <nil> []\n\
+             &{1001 72 can1  up} <nil>\n\
+             can1 <nil> []\n\
+             <nil> route ip+net: no such network interface\n\
+             can0 up <nil>\n\
+             can1 up <nil>\n\
+             lo up|loopback <nil>\n\
+             came \"0.9190\\n\" 10000000\n"
+        ),
+        "{expected:.400}"
     );
     assert!(expected.contains("\ntick 20000000\n") && expected.contains("\ntick 2000000000\n"));
     assert_eq!(run(&with, ""), expected);
     // Started by a program with the shim.
-    assert_eq!(run(&with, "\"$0\" \"$1\""), expected);
-    assert_eq!(run(&with, "exec \"$0\" \"$1\""), expected);
+    assert_eq!(run(&with, "\"$0\" \"$@\""), expected);
+    assert_eq!(run(&with, "exec \"$0\" \"$@\""), expected);
 }
 
 #[test]

@@ -65,10 +65,13 @@ static int64_t transfer_line(struct tracee *of, int64_t fd, struct parts *parts,
     int64_t result;
     if (!is_read && !move_parts(of, parts, parts->size, true)) return -EFAULT;
     if (found->kind == FD_SERIAL) result = serial_transfer(copy, found, &part, 1, is_read);
+    else if (found->kind == FD_ROUTE) result = route_receive(copy, found, message, flags);
     else if (is_read) result = can_receive(copy, found, message, flags);
     else result = can_send(copy, found, message, flags);
     result = result_of(result);
-    if (is_read && result > 0 && !move_parts(of, parts, (size_t)result, false)) return -EFAULT;
+    // With MSG_TRUNC it is the whole length of a message that does not fit.
+    size_t given = result > 0 && (size_t)result > parts->size ? parts->size : (size_t)result;
+    if (is_read && result > 0 && !move_parts(of, parts, given, false)) return -EFAULT;
     return restarted(of, result);
 }
 
@@ -77,8 +80,21 @@ static bool is_line(struct tracee *of, int64_t fd) {
     return found && (found->kind == FD_SERIAL || found->kind == FD_CAN);
 }
 
+// Whether the tracer itself gives what is read.
+static bool is_given(struct tracee *of, int64_t fd) { return is_line(of, fd) || route_answers(object_of(of, fd)); }
+
+// A request for interfaces goes on to the kernel.
+static void ask_route(struct tracee *of, int64_t fd, uint64_t at, uint64_t size) {
+    struct descriptor *found = object_of(of, fd);
+    char data[32];
+    if (!found || found->kind != FD_ROUTE) return;
+    if (size > sizeof data) size = sizeof data;
+    if (get(of, at, data, size)) route_asks(found, data, size);
+}
+
 static int64_t transfer_parts(struct tracee *of, const uint64_t *a, bool is_read) {
-    if (!is_line(of, (int)a[0])) return await(of, (int)a[0], is_read ? POLLIN : POLLOUT, false);
+    bool is_here = is_read ? is_given(of, (int)a[0]) : is_line(of, (int)a[0]);
+    if (!is_here) return await(of, (int)a[0], is_read ? POLLIN : POLLOUT, false);
     struct parts *parts = malloc(sizeof *parts);
     int64_t result = -EFAULT;
     if (parts && take_parts(of, a[1], a[2], parts)) {
@@ -99,7 +115,7 @@ static int64_t transfer(struct tracee *of, const uint64_t *a, struct beside *wit
 }
 
 static int64_t read_bytes(struct tracee *of, uint64_t *a) {
-    return is_line(of, (int)a[0]) ? transfer(of, a, NULL, 0, true) : await(of, (int)a[0], POLLIN, false);
+    return is_given(of, (int)a[0]) ? transfer(of, a, NULL, 0, true) : await(of, (int)a[0], POLLIN, false);
 }
 
 static bool is_file(int fd) {
@@ -123,6 +139,7 @@ static int64_t write_pieces(struct tracee *of, const uint64_t *a) {
 
 static int64_t write_bytes(struct tracee *of, uint64_t *a) {
     if (is_line(of, (int)a[0])) return transfer(of, a, NULL, 0, false);
+    ask_route(of, (int)a[0], a[1], a[2]);
     int copy = ours(of, (int)a[0]);
     if (a[2] > PIPE_PIECE && copy >= 0 && !is_file(copy) && !is_nonblocking(copy)) return write_pieces(of, a);
     return await(of, (int)a[0], POLLOUT, false);
@@ -132,7 +149,7 @@ static int64_t read_parts(struct tracee *of, uint64_t *a) { return transfer_part
 static int64_t write_parts(struct tracee *of, uint64_t *a) { return transfer_parts(of, a, false); }
 
 static int64_t receive_from(struct tracee *of, uint64_t *a) {
-    if (!is_line(of, (int)a[0])) return await(of, (int)a[0], POLLIN, a[3] & MSG_DONTWAIT);
+    if (!is_given(of, (int)a[0])) return await(of, (int)a[0], POLLIN, a[3] & MSG_DONTWAIT);
     struct beside with = {0};
     socklen_t size = 0;
     if (a[4] && a[5] && !get(of, a[5], &size, sizeof size)) return -EFAULT;
@@ -147,6 +164,7 @@ static int64_t receive_from(struct tracee *of, uint64_t *a) {
 }
 
 static int64_t send_to(struct tracee *of, uint64_t *a) {
+    ask_route(of, (int)a[0], a[1], a[2]);
     if (!is_line(of, (int)a[0])) return await(of, (int)a[0], POLLOUT, a[3] & MSG_DONTWAIT);
     struct beside with = {0};
     if (a[4] && (a[5] > sizeof with.name || !get(of, a[4], with.name, a[5]))) return -EFAULT;
@@ -156,8 +174,13 @@ static int64_t send_to(struct tracee *of, uint64_t *a) {
 
 static int64_t message(struct tracee *of, const uint64_t *a, bool is_read) {
     int flags = (int)a[2];
-    if (!is_line(of, (int)a[0])) return await(of, (int)a[0], is_read ? POLLIN : POLLOUT, flags & MSG_DONTWAIT);
+    bool is_here = is_read ? is_given(of, (int)a[0]) : is_line(of, (int)a[0]);
     struct msghdr there;
+    struct iovec asked;
+    if (!is_here && !is_read && object_of(of, (int)a[0]) && get(of, a[1], &there, sizeof there)
+        && get(of, (uint64_t)there.msg_iov, &asked, sizeof asked))
+        ask_route(of, (int)a[0], (uint64_t)asked.iov_base, asked.iov_len);
+    if (!is_here) return await(of, (int)a[0], is_read ? POLLIN : POLLOUT, flags & MSG_DONTWAIT);
     if (!get(of, a[1], &there, sizeof there)) return -EFAULT;
     struct parts *parts = malloc(sizeof *parts);
     if (!parts || !take_parts(of, (uint64_t)there.msg_iov, there.msg_iovlen, parts)) return free(parts), -EFAULT;

@@ -11,8 +11,12 @@ static int can_copy(struct tracee *of, uint64_t fd) {
 }
 
 static int64_t make_socket(struct tracee *of, uint64_t *a) {
-    (void)of;
-    return (int)a[0] == AF_CAN ? can_socket_open((int)a[1], (int)a[2]) : LET_GO;
+    if ((int)a[0] == AF_CAN) return can_socket_open((int)a[1], (int)a[2]);
+    if (!is_route((int)a[0], (int)a[2])) return LET_GO;
+    int64_t fd = CALL(of, SYS_socket, a[0], a[1], a[2]);
+    int copy = fd < 0 ? -1 : slot_take(of, (int)fd);
+    if (copy >= 0) route_open(copy);
+    return fd;
 }
 
 static int64_t name(struct tracee *of, const uint64_t *a, int (*how)(int, const struct sockaddr *, socklen_t)) {

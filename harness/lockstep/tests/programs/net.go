@@ -1,5 +1,5 @@
-// Imports `net`, which loads the C library where there is a C compiler: it asks it for an address, answers what comes on a
-// serial line, and tells every 20 ms what it has.
+// Imports `net`, which loads the C library where there is a C compiler: it asks it for an address, looks for CAN interfaces,
+// answers what comes on a serial line, and tells every 20 ms what it has.
 package main
 
 import (
@@ -17,6 +17,21 @@ func main() {
 	}
 	addresses, err := net.LookupHost("127.0.0.1")
 	fmt.Fprintln(port, addresses, err)
+	for _, name := range os.Args[2:] {
+		found, err := net.InterfaceByName(name)
+		fmt.Fprintln(port, found, err)
+		if err == nil {
+			again, err := net.InterfaceByIndex(found.Index)
+			addresses, _ := again.Addrs()
+			fmt.Fprintln(port, again.Name, err, addresses)
+		}
+	}
+	all, err := net.Interfaces()
+	for _, one := range all {
+		if one.Name == "lo" || one.Name[:3] == "can" {
+			fmt.Fprintln(port, one.Name, one.Flags, err)
+		}
+	}
 	start := time.Now()
 	came := make(chan string)
 	go func() {
