@@ -1,10 +1,11 @@
 //! Output queue of a node.
 
-use crate::layout::{EncodeError, Encoded, Encoder, Layout, Sender};
+use crate::layout::{EncodeError, Encoded, Encoder, Layout, Message, Sender};
 use crate::transport::Transport;
 use std::collections::VecDeque;
 use wire::can::CanFrame;
 use wire::device::Transmit;
+use wire::j1939;
 use wire::time::Timestamp;
 
 /// Queue of one sender's messages for its line: encoded, and split if they are longer than a frame.
@@ -92,6 +93,13 @@ impl Outbox {
             }
         }
         Ok(())
+    }
+
+    /// Whether a frame of this message is for its sender. A DBC cannot say "mine or all": where it has any destination, that in
+    /// the frame decides.
+    pub(crate) fn is_addressed(&self, message: &Message, frame: &CanFrame) -> bool {
+        let is_for_any = message.group().is_some_and(|of| of.destination >= j1939::NULL);
+        !is_for_any || self.transport.as_ref().is_none_or(|own| own.is_addressed(frame))
     }
 
     /// Takes a frame from its line: needed for messages in parts that a receiver answers.

@@ -155,3 +155,56 @@ fn no_fault_strikes_a_message_in_parts_alone() {
     let error = std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string);
     assert!(error.contains("`Dm1` goes in parts: no fault strikes it alone"), "{error}");
 }
+
+/// A rig of an emulated engine, address 0, that counts what it is told, and a tester; the DBC has a command to this destination.
+fn told(destination: u32, steps: &str) -> TrialRun {
+    let id = 0x8000_0000_u32 | 0x18EF_0028 | destination << 8;
+    let dbc = format!(
+        "BU_: Engine Display\nBO_ {id} Command: 8 Display\n SG_ Go : 0|8@1+ (1,0) [0|255] \"\" Engine\n\
+         BO_ 2566849022 State: 8 Engine\n SG_ Going : 0|8@1+ (1,0) [0|255] \"\" Display\n{}",
+        &DBC[DBC.find("BA_DEF_").unwrap()..]
+    );
+    let engine = "name = \"engine\"\ntitle = \"An engine\"\ndbc = \"engine.dbc\"\nnode = \"Engine\"\n\
+        [signal.Going]\nexpression = \"Go\"\n[message.State]\nperiod_s = 0.1\n[message.Command]\n";
+    let rig = "[[line]]\nname = \"can0\"\ncan = { bit_rate = 250_000, dbc = \"../devices/engine.dbc\" }\n\
+        [[node]]\nname = \"engine\"\nat = \"can0\"\nemulate = \"engine\"\n\
+        [[node]]\nname = \"display\"\nat = \"can0\"\nreplay = { log = \"display.log\" }\n";
+    let plan = "name = \"told\"\ntitle = \"\"\nrig = \"vehicle\"\nsteps = [{ wait = { duration_s = 3 } }]\n\
+        [[property]]\nname = \"goes\"\nsometimes = \"engine.Going == 7\"\n";
+    let folder = project::of([
+        ("rigs/vehicle.toml", rig),
+        ("rigs/display.log", steps),
+        ("devices/engine.dbc", dbc.as_str()),
+        ("devices/engine.toml", engine),
+        ("told.toml", plan),
+    ]);
+    project::load(&folder, "told.toml").unwrap().run().unwrap()
+}
+
+/// Found by a user: an engine with the address 0 obeyed a command to node 5, and not one to all.
+#[test]
+fn a_command_is_obeyed_by_the_node_that_it_is_for() {
+    for (destination, to, goes) in [
+        (0, "00", true),
+        (0, "FF", true),
+        (0xFF, "00", true),
+        (0xFF, "FF", true),
+        (0xFF, "05", false),
+    ] {
+        let log = format!("(0.000000) can0 18EF{to}28#07FFFFFFFFFFFFFF\n");
+        let run = told(destination, &log);
+        assert_eq!(run.passed(), goes, "{destination:02X} {to}: {run}");
+    }
+}
+
+/// Found by a user: packets that came after the receiver had given up were used all the same.
+#[test]
+fn a_transfer_that_the_receiver_aborted_is_not_used() {
+    let begin = "can0 1CEC0028#100A00020200EF00";
+    let (one, two) = ("can0 1CEB0028#0107000000000000", "can0 1CEB0028#0200000000000000");
+    for (first, goes) in [(0.05, true), (1.6, false)] {
+        let log = format!("(0.000000) {begin}\n({first:.6}) {one}\n({:.6}) {two}\n", first + 0.01);
+        let run = told(0, &log);
+        assert_eq!(run.passed(), goes, "{first}: {run}");
+    }
+}

@@ -56,11 +56,12 @@ impl Identifier {
     }
 
     /// True if a frame with the identifier `heard` belongs to the group that a file lists with this identifier: the
-    /// priority is ignored, and a null source or a null or global destination in the file matches every address.
+    /// priority is ignored, and a null source or a null or global destination in the file matches every address. What is sent
+    /// to the global address is for every node.
     pub fn means(self, heard: Self) -> bool {
         self.group == heard.group
             && (self.source == NULL || self.source == heard.source)
-            && (self.destination >= NULL || self.destination == heard.destination)
+            && (self.destination >= NULL || [self.destination, GLOBAL].contains(&heard.destination))
     }
 }
 
@@ -205,6 +206,9 @@ mod tests {
         // A request (group 59904) from the diagnostic tool to the engine.
         let said = Identifier::from(ExtendedId::new(0x18EA_00F9).unwrap());
         assert_eq!(said, Identifier { priority: 6, group: 59904, destination: 0, source: 249 });
+        let to = |destination| Identifier { destination, ..said };
+        assert!(said.means(to(0)) && said.means(to(GLOBAL)) && !said.means(to(5)));
+        assert!(to(GLOBAL).means(to(5)) && to(NULL).means(to(5)));
         let anybody = Identifier { priority: 3, source: NULL, ..engine };
         assert!(anybody.means(engine) && !engine.means(anybody));
     }

@@ -122,6 +122,9 @@ impl Device {
         }
         self.outbox.receive(now, frame);
         let Some(heard) = self.decoder.at(now).frame(frame) else { return };
+        if !self.outbox.is_addressed(heard.form, frame) {
+            return;
+        }
         if !heard.is_sound() {
             self.refused += 1;
             return;
@@ -176,6 +179,9 @@ impl Device {
             None => self.outbox.transmit(),
             Some(node) => node.transmit().map(Transmit::Frame),
         };
+        if let Some(Transmit::Frame(frame)) = &sent {
+            self.decoder.says(frame);
+        }
         match sent {
             None => self.uds.as_mut()?.transmit().map(Transmit::Frame),
             sent => sent,

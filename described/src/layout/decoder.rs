@@ -118,6 +118,14 @@ impl Decoder {
         self
     }
 
+    /// The node that listens sends this frame itself: a message in parts that it aborts, it does not take any more.
+    #[inline]
+    pub(crate) fn says(&mut self, frame: &CanFrame) {
+        if let Some(reassembly) = &mut self.reassembly {
+            reassembly.aborted(frame);
+        }
+    }
+
     /// The identifier that a single frame of its group would have had, if the last frame completed a message in parts that is
     /// none of the layout.
     pub const fn foreign(&mut self) -> Option<Id> {

@@ -14,7 +14,7 @@ pub(crate) use reassembly::{Heard, Reassembly};
 use coming::Coming;
 use going::Going;
 use std::collections::{BTreeSet, VecDeque};
-use wire::can::CanFrame;
+use wire::can::{CanFrame, Id};
 use wire::j1939::{self, GLOBAL, Identifier};
 use wire::time::{Span, Timestamp};
 
@@ -75,6 +75,13 @@ impl Transport {
         if !is_busy && let Some(going) = self.going.last_mut() {
             going.begin(now, &mut self.ready);
         }
+    }
+
+    /// Whether a frame is for this node: it is for all, or for one of its addresses, as far as they are known.
+    pub fn is_addressed(&self, frame: &CanFrame) -> bool {
+        let Id::Extended(id) = frame.id() else { return true };
+        let to = Identifier::from(id).destination;
+        to == GLOBAL || self.addresses.is_empty() || self.addresses.contains(&to)
     }
 
     /// Takes a frame from the bus.

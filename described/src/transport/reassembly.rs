@@ -72,6 +72,13 @@ impl Reassembly {
         late.map(|one| u64::from(one.breaks())).sum()
     }
 
+    /// Ends the message that this frame aborts, whichever end of it that is.
+    pub(crate) fn aborted(&mut self, frame: &CanFrame) {
+        let Some((from, Transport::Abort { .. })) = Transport::decode(frame) else { return };
+        let ends = [(from.source, from.destination), (from.destination, from.source)];
+        self.under_way.retain(|one| !ends.contains(&(one.from.source, one.from.destination)));
+    }
+
     /// Takes a frame of the transport.
     pub(crate) fn frame(&mut self, frame: &CanFrame) -> Heard {
         // One that the standard does not know, such as 3 packets for 14 bytes.
@@ -119,12 +126,7 @@ impl Reassembly {
                 Heard::Whole(Identifier { group: one.extent.group, ..from }, one.data)
             }
             Transport::Abort { .. } => {
-                // Either end may abort.
-                self.under_way.retain(|one| {
-                    let other_way =
-                        one.from.source == from.destination && one.from.destination == from.source;
-                    !is_it(one) && !other_way
-                });
+                self.aborted(frame);
                 Heard::Nothing
             }
             Transport::ClearToSend { .. } | Transport::Acknowledge(_) => Heard::Nothing,
