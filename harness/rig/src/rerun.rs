@@ -72,8 +72,8 @@ struct Again {
     /// The schedule of the run.
     faults: Vec<(Fault, Chances)>,
     cycles: Cycles,
-    /// Ends whose bus is full of frames that faults make, since when.
-    full: BTreeMap<Device, Timestamp>,
+    /// Ends of lines on which faults hold messages up that others send, since when.
+    held_up: BTreeMap<Device, Timestamp>,
     now: Timestamp,
     /// An input has reached a device since the last query.
     is_reached: bool,
@@ -112,7 +112,7 @@ pub fn rerun(
         closed,
         faults,
         cycles,
-        full: BTreeMap::new(),
+        held_up: BTreeMap::new(),
         now: Timestamp::ZERO,
         is_reached: false,
         next_id: FIRST_MISSION,
@@ -368,10 +368,12 @@ impl Again {
         let differences = pairs.filter_map(|pairs| pairs.difference(at, is_over));
         self.came.difference = differences.min_by_key(|one| one.sides().map(|said| said.at).min());
         let sides = self.came.difference.iter().flat_map(Difference::sides);
-        let frames = sides.filter(|said| matches!(said.kind, RecordKind::Frame(_)));
-        let full = |said: &Record| self.full.get(&said.device).filter(|since| said.at >= **since);
-        match frames.filter_map(full).min() {
-            Some(since) => Err(RerunError::BusFull { at_s: since.as_secs_f64() }),
+        let outputs =
+            sides.filter(|said| matches!(said.kind, RecordKind::Frame(_) | RecordKind::Bytes(_)));
+        let since =
+            |said: &Record| self.held_up.get(&said.device).filter(|since| said.at >= **since);
+        match outputs.filter_map(since).min() {
+            Some(since) => Err(RerunError::HeldUp { at_s: since.as_secs_f64() }),
             None => Ok(()),
         }
     }

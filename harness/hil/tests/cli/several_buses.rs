@@ -128,7 +128,7 @@ fn a_rerun_after_a_fault_that_filled_the_bus_is_refused_where_it_cannot_tell() {
     run(&hil, &[]).exits(0);
     let refused = hil.run(&["rerun", "run"]).exits(2).err;
     assert!(
-        refused.contains("a fault filled a bus of the device under test from 0.3 s"),
+        refused.contains("a fault held messages on a line of the device under test up from 0.3 s"),
         "{refused}"
     );
     let hil = project(false, &fault("bus_load = { load_percent = 20 }"));

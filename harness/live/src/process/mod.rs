@@ -21,6 +21,7 @@ use super::lines::{self, Places};
 use controller::mission::Mission;
 use group::Group;
 pub use group::kill_all;
+#[cfg(feature = "programs")]
 pub(crate) use pipes::last_lines;
 use pipes::{Log, MissionSender};
 use rustix::process::Signal;

@@ -51,12 +51,17 @@ pub enum RerunError {
         /// Time of the step, s.
         at_s: f64,
     },
-    /// A fault filled the bus of the device under test: when its frames got through also depends on those of other nodes.
+    /// A fault held messages on a line of the device under test up: when its own got through also depends on those of other
+    /// nodes, which do not send now.
     #[error(
-        "a fault filled a bus of the device under test from {at_s} s on: when its frames got through is not comparable"
+        "a fault held messages on a line of the device under test up from {at_s} s on: when its own got through is not \
+         comparable"
     )]
-    #[diagnostic(help("run the plan again without `babble` and `bus_load`"))]
-    BusFull {
+    #[diagnostic(help(
+        "run the plan again without `babble`, `bus_load`, `lost_arbitration`, `bit_errors` and `delay` there, and without \
+         `repeat` and `stall` of a serial line of several devices"
+    ))]
+    HeldUp {
         /// Time of the fault, s.
         at_s: f64,
     },

@@ -24,10 +24,13 @@ impl Again {
         let number = record.index as usize;
         let Some((fault, chances)) = self.faults.get(number) else { return Ok(()) };
         let is_real = self.clock == Clock::Real;
-        if fault.what.makes_frames() && !is_real && matches!(record.event, FaultEvent::Began) {
+        if fault.what.holds_up() && !is_real && matches!(record.event, FaultEvent::Began) {
             for (line, _) in self.rig.lines_of(fault.target) {
-                for end in self.rig.lines[line].ends() {
-                    self.full.entry(end.who).or_insert(self.now);
+                let line = &self.rig.lines[line];
+                // A serial line of two ends carries what each of them sends by itself.
+                let shared = line.ends().iter().filter(|_| line.is_can() || line.ends().len() > 2);
+                for end in shared {
+                    self.held_up.entry(end.who).or_insert(self.now);
                 }
             }
         }

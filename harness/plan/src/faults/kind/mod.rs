@@ -136,6 +136,15 @@ impl FaultKind {
         matches!(self, Self::Babble { .. } | Self::BusLoad { .. })
     }
 
+    /// Whether it depends on the other messages of a line when one gets through, or whether it does.
+    pub const fn holds_up(&self) -> bool {
+        let waits = matches!(
+            self,
+            Self::LostArbitration { .. } | Self::BitErrors { .. } | Self::Delay { .. }
+        );
+        self.makes_frames() || waits || matches!(self, Self::Repeat { .. } | Self::Stall { .. })
+    }
+
     /// The severity: the magnitude of the first parameter, in its unit. Greater is worse.
     pub fn severity(&self) -> f64 {
         self.values().first().map_or(0.0, |value| value.abs())
