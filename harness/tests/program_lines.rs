@@ -1,6 +1,5 @@
 //! A program in virtual time on a serial line of a rig: what it asks of its port is what the line does.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![cfg(feature = "programs")]
 
 use harness::Trial;
