@@ -1,5 +1,5 @@
-//! A program in virtual time that sets its serial port otherwise than its line: what it sends would be noise on a real
-//! one, so the run says nothing.
+//! What a program in virtual time asks of its serial port is what the line does. Set otherwise than its line, what it sends would
+//! be noise on a real one, so the run says nothing.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -70,10 +70,14 @@ fn run(speed: &str, modes: &str, first: &str) -> TrialRun {
          termios.tcsetattr(port, termios.TCSANOW, settings)\n\
          while True:\n    os.write(port, bytes([0x55, 7]))\n    time.sleep(0.2)\n"
     );
+    run_on(SENSOR, &host, PLAN)
+}
+
+fn run_on(sensor: &str, host: &str, plan: &str) -> TrialRun {
     let folder = project::of([
-        ("devices/sensor.toml", SENSOR),
-        ("rigs/sets.toml", &RIG.replace("HOST", &host)),
-        ("plan.toml", PLAN),
+        ("devices/sensor.toml", sensor),
+        ("rigs/sets.toml", &RIG.replace("HOST", host)),
+        ("plan.toml", plan),
     ]);
     project::load(&folder, "plan.toml").unwrap().run().unwrap()
 }
@@ -107,4 +111,30 @@ fn settings_that_it_carries_do_not() {
         let run = run(speed, modes, first);
         assert!(run.passed(), "{modes}: {run}");
     }
+}
+
+/// Sets the sensor to how long its last request took to leave, in tenths of a millisecond.
+const DRAINS: &str = r#"
+import os, sys, termios, time
+port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)
+settings = termios.tcgetattr(port)
+settings[2] = termios.CS8 | termios.PARENB | termios.CLOCAL | termios.CREAD
+settings[4] = settings[5] = termios.B4800
+termios.tcsetattr(port, termios.TCSANOW, settings)
+took = 0.0
+while True:
+    start = time.monotonic()
+    os.write(port, bytes([0x55, round(took * 10_000)]))
+    termios.tcdrain(port)
+    took = time.monotonic() - start
+    time.sleep(0.2)
+"#;
+
+/// Found by a user: it took no time, so that a master that waited for its answer from then on always gave up. Two bytes of eleven
+/// bits at 4800 Bd take 4.58 ms.
+#[test]
+fn a_request_has_left_after_the_time_that_the_line_takes() {
+    let sensor = SENSOR.replace("baud = 19200", "baud = 4800\nparity = \"even\"");
+    let run = run_on(&sensor, DRAINS, &PLAN.replace("[7, 7]", "[46, 46]"));
+    assert!(run.passed(), "{run}");
 }
