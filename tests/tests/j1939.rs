@@ -156,7 +156,7 @@ fn no_fault_strikes_a_message_in_parts_alone() {
     assert!(error.contains("`Dm1` goes in parts: no fault strikes it alone"), "{error}");
 }
 
-/// A rig of an emulated engine, address 0, that counts what it is told, and a tester; the DBC has a command to this destination.
+/// Runs an emulated engine, address 0, on the frames of a log; the DBC has a command to this destination.
 fn told(destination: u32, steps: &str) -> TrialRun {
     let id = 0x8000_0000_u32 | 0x18EF_0028 | destination << 8;
     let dbc = format!(

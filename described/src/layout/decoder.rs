@@ -126,8 +126,8 @@ impl Decoder {
         }
     }
 
-    /// The identifier that a single frame of its group would have had, if the last frame completed a message in parts that is
-    /// none of the layout.
+    /// The identifier that a single frame of its group would have had, if the last frame completed a message in parts that is not
+    /// in the layout.
     pub const fn foreign(&mut self) -> Option<Id> {
         self.foreign.take()
     }

@@ -58,13 +58,13 @@ impl Layout {
     /// # Errors
     /// Two servers that are asked with one identifier in different ways.
     pub fn asking(self, servers: &[(&str, &Self)]) -> Result<Self, String> {
-        let is_request = |one: &&Message| [REQUEST, FUNCTIONAL].contains(&&*one.name);
         let of = |layout: &Self| {
-            Self::new(Medium::Can, layout.messages.iter().filter(is_request).cloned().collect())
+            let requests = layout.messages.iter().filter(|one| is_request(one));
+            Self::new(Medium::Can, requests.cloned().collect())
         };
-        let asked: Vec<(&str, Self)> = servers.iter().map(|(node, one)| (*node, of(one))).collect();
-        let asked: Vec<(&str, &Self)> = asked.iter().map(|(node, one)| (*node, one)).collect();
-        let requests = Self::of_host(&asked)?;
+        let layouts: Vec<Self> = servers.iter().map(|(_, layout)| of(layout)).collect();
+        let nodes = servers.iter().map(|(node, _)| *node);
+        let requests = Self::of_host(&Vec::from_iter(nodes.zip(&layouts)))?;
         let is_new =
             |one: &&Message| requests.messages.iter().all(|new| new.can_id() != one.can_id());
         let mut messages: Vec<Message> = self.messages.iter().filter(is_new).cloned().collect();
@@ -76,9 +76,12 @@ impl Layout {
 
     /// Whether a client asks on its channel with this identifier.
     pub fn is_asked_by(&self, id: Id) -> bool {
-        let is_asked = |one: &Message| [REQUEST, FUNCTIONAL].contains(&&*one.name);
-        self.messages.iter().any(|one| is_asked(one) && one.can_id() == Some(id))
+        self.messages.iter().any(|one| is_request(one) && one.can_id() == Some(id))
     }
+}
+
+fn is_request(message: &Message) -> bool {
+    [REQUEST, FUNCTIONAL].contains(&&*message.name)
 }
 
 fn message(name: &str, sender: Sender, id: Id, fd: bool) -> Message {

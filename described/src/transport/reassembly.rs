@@ -26,7 +26,7 @@ struct UnderWay {
     /// When the announcement or the last packet came.
     at: Timestamp,
     data: Vec<u8>,
-    /// Counted as damage already: the rest of it is none of its own.
+    /// Counted as damage already: the rest of it is not counted again.
     is_broken: bool,
 }
 

@@ -112,7 +112,7 @@ pub(crate) const CHOSEN: [(&str, &str); 5] = [
 ];
 
 /// What stands before the first dot in the names of quantities, without signals that begin with the name of a node: a node
-/// has none of these names.
+/// cannot have such a name.
 pub(crate) fn families() -> BTreeSet<&'static str> {
     let chosen = CHOSEN.iter().map(|(prefix, _)| *prefix);
     let names = NAMES.iter().copied().chain(chosen).chain([SIGNAL, PERIOD]);

@@ -77,7 +77,7 @@ impl<'a> Unheard<'a> {
         of(&declared.quantity).or_else(|| of(second?))
     }
 
-    /// The line that a formula reads and the log does not have, in words.
+    /// A sentence about the line that a formula reads and the log does not have.
     fn why(&self, text: &str) -> Option<String> {
         if self.lines.is_empty() {
             return None;

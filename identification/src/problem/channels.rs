@@ -138,7 +138,7 @@ impl Channels {
         found
     }
 
-    /// Adds a field that may be a cause; a constant field is none.
+    /// Adds a field that may be a cause. A constant field cannot be one, and is left out.
     pub fn add(&mut self, name: &str, role: Role, unit: Unit, mut values: Vec<f64>) {
         let wraps = unit.dimension() == Dimension::Angle;
         if wraps {

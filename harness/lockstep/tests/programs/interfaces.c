@@ -82,7 +82,7 @@ int main(int count, char **words) {
     }
     list(ask(5, AF_UNSPEC), 5);
     list(ask(6, AF_PACKET), 6);
-    // Another list has none of ours.
+    // Lists of other things do not contain our interfaces.
     list(ask(7, AF_INET6), 7);
     printf("loopback %d\n", has_loopback);
 }
