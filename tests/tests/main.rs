@@ -52,6 +52,7 @@ mod sentences;
 mod several_lines;
 mod silence;
 mod silent_tester;
+mod split_packets;
 mod strange_frames;
 mod uart_settings;
 mod uds;

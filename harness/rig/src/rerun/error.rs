@@ -59,7 +59,7 @@ pub enum RerunError {
     )]
     #[diagnostic(help(
         "run the plan again without `babble`, `bus_load`, `lost_arbitration`, `bit_errors` and `delay` there, and without \
-         `repeat` and `stall` of a serial line of several devices"
+         `repeat`, `split` and `stall` of a serial line of several devices"
     ))]
     HeldUp {
         /// Time of the fault, s.

@@ -142,7 +142,9 @@ impl FaultKind {
             self,
             Self::LostArbitration { .. } | Self::BitErrors { .. } | Self::Delay { .. }
         );
-        self.makes_frames() || waits || matches!(self, Self::Repeat { .. } | Self::Stall { .. })
+        let is_packed_anew =
+            matches!(self, Self::Repeat { .. } | Self::Stall { .. } | Self::Split { .. });
+        self.makes_frames() || waits || is_packed_anew
     }
 
     /// The severity: the magnitude of the first parameter, in its unit. Greater is worse.

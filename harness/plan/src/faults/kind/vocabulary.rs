@@ -74,6 +74,14 @@ kinds! {
         /// Probability of a second one.
         repeat_percent: "%" 0.0..=100.0, 1.0;
     }
+    /// With this probability, a packet arrives in two parts, cut anywhere; the second part comes late by this time. A
+    /// receiver that takes what one read returns for a whole message fails.
+    Split = "split", SerialLine, Scheduled, None, "trigger level of a UART's FIFO; latency timer of USB converters (FTDI: 1 to 255 ms, 16 ms by default)" {
+        /// Probability of a cut.
+        split_percent: "%" 0.0..=100.0, 10.0;
+        /// By how much the second part is late.
+        late_s: "s" 0.0..=1.0, 0.016;
+    }
     /// Each frame is delayed by this time.
     Delay = "delay", CanBus, Scheduled, None, "tc-netem(8), delay" {
         /// By how much.

@@ -31,6 +31,7 @@ pub(super) enum Effect {
     Drift(f64),
     Slip(f64),
     Repeat(f64),
+    Split(f64, Span),
 }
 
 impl SerialLine {
@@ -56,7 +57,7 @@ impl SerialLine {
     }
 
     /// Ends the fault of this number; returns its count: bytes, or packets for [`FaultKind::Stall`],
-    /// [`FaultKind::FramingSlip`] and [`FaultKind::Repeat`].
+    /// [`FaultKind::FramingSlip`], [`FaultKind::Repeat`] and [`FaultKind::Split`].
     pub fn end_fault(&mut self, number: usize) -> u64 {
         let Some(faulty) = &mut self.faulty else { return 0 };
         let ended = faulty.switch_off(number);
@@ -72,6 +73,7 @@ impl SerialLine {
         let Some(faulty) = &mut self.faulty else { return };
         let mut bytes = packet.as_slice().to_vec();
         let (mut not_before, mut rate) = (now, 1.0);
+        let (mut cut, mut late) = (usize::MAX, Span::ZERO);
         for layer in faulty.iter_mut() {
             match layer.fault {
                 Effect::Stall(until) => {
@@ -79,20 +81,23 @@ impl SerialLine {
                     layer.acted += 1;
                 }
                 Effect::Drift(drift) => rate *= drift,
+                Effect::Split(share, by) if bytes.len() > 1 && layer.chance.happens(share) => {
+                    (cut, late) = (1 + layer.chance.below(bytes.len() - 1), by);
+                    layer.acted += 1;
+                }
                 _ => {}
             }
             pass(layer, &mut bytes);
         }
+        let rest = bytes.split_off(cut.min(bytes.len()));
         // Lost bytes have taken their time on the line, and so do inserted ones.
-        let on_line = self.time_for(packet.len().max(bytes.len()));
-        let on_line = Span::from_secs_f64(on_line.as_secs_f64() / rate);
-        self.busy_until = self.busy_until.max(now) + on_line;
-        let at = self.busy_until.max(not_before);
-        for chunk in bytes.chunks(BYTES_MAX) {
-            if self.is_full() {
-                self.dropped += 1;
-            } else if let Some(packet) = Packet::from_slice(chunk) {
-                self.under_way.push_back((at, packet));
+        let on_line = |bytes| Span::from_secs_f64(self.time_for(bytes).as_secs_f64() / rate);
+        let last = self.busy_until.max(now) + on_line(packet.len().max(bytes.len() + rest.len()));
+        let first = last - on_line(rest.len());
+        self.busy_until = last;
+        for (at, part) in [(first, bytes), (last + late, rest)] {
+            for packet in part.chunks(BYTES_MAX).filter_map(Packet::from_slice) {
+                self.queue(at.max(not_before), packet);
             }
         }
     }
@@ -132,7 +137,7 @@ fn pass(layer: &mut Switch<Effect, Chance>, bytes: &mut Vec<u8>) {
                 *acted += 1;
             }
         }
-        Effect::Stall(_) => {}
+        Effect::Stall(_) | Effect::Split(..) => {}
     }
 }
 
@@ -183,6 +188,9 @@ impl Effect {
             FaultKind::BaudDrift { drift_percent } => Self::Drift(1.0 + share(drift_percent)),
             FaultKind::FramingSlip { slip_percent } => Self::Slip(share(slip_percent)),
             FaultKind::Repeat { repeat_percent } => Self::Repeat(share(repeat_percent)),
+            FaultKind::Split { split_percent, late_s } => {
+                Self::Split(share(split_percent), Span::from_secs_f64(late_s))
+            }
             _ => return None,
         })
     }

@@ -70,6 +70,39 @@ fn a_packet_that_is_repeated_comes_whole_behind_itself() {
 }
 
 #[test]
+fn a_packet_that_is_split_arrives_in_two_parts_and_its_second_one_late() {
+    let (heard, acted) =
+        through(FaultKind::Split { split_percent: 30.0, late_s: 0.1 }, b"123456", 1_000);
+    assert!((200..400).contains(&acted));
+    assert_eq!((heard.len() as u64, bytes(&heard)), (1_000 + acted, 6_000));
+    let byte = 10.0 / 9_600.0;
+    for split in heard.chunk_by(|(_, before), _| before != b"123456" && !before.ends_with(b"6")) {
+        let sent = split[0].0.as_secs_f64().floor();
+        let whole: Vec<u8> = split.iter().flat_map(|(_, bytes)| bytes.clone()).collect();
+        assert_eq!(whole, b"123456");
+        let first = sent + split[0].1.len() as f64 * byte;
+        assert!((split[0].0.as_secs_f64() - first).abs() < 1e-8);
+        if let [_, (second, _)] = split {
+            assert!((second.as_secs_f64() - (sent + 6.0 * byte + 0.1)).abs() < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn what_is_sent_behind_a_late_part_arrives_behind_it() {
+    let mut line = SerialLine::new(SerialSettings::new_8n1(9_600));
+    let split = FaultKind::Split { split_percent: 100.0, late_s: 0.5 };
+    line.begin_fault(Timestamp::ZERO, 0, &split, Chance::new(1, "0"));
+    line.send(Timestamp::ZERO, Packet::from_slice(b"1234").unwrap());
+    assert_eq!(line.end_fault(0), 1);
+    line.send(Timestamp::ZERO, Packet::from_slice(b"5").unwrap());
+    let heard: Vec<u8> = std::iter::from_fn(|| line.arrived(Timestamp::from_secs_f64(1.0)))
+        .flat_map(|packet| packet.as_slice().to_vec())
+        .collect();
+    assert_eq!(heard, b"12345");
+}
+
+#[test]
 fn a_full_packet_that_doubles_becomes_two() {
     let (heard, _) = through(FaultKind::Duplicate { duplicate_percent: 100.0 }, &[9; 64], 1);
     assert_eq!(heard.iter().map(|(_, bytes)| bytes.len()).collect::<Vec<_>>(), [64, 64]);
