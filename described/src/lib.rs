@@ -162,6 +162,7 @@
 
 mod bits;
 mod canopen;
+mod clipped;
 mod codes;
 mod description;
 mod device;
@@ -183,10 +184,11 @@ mod uds;
 
 pub use bits::SIGNAL_BITS_MAX;
 pub use canopen::{Abort, Dictionary, Entry, Progress, SDO_REQUEST, SDO_RESPONSE, SdoClient};
+pub use clipped::Clipped;
 use described_file as file;
 pub use described_file::{ByteOrder, IsoTpTable, OneOrSeveral, ProtectionTable};
 pub use description::Description;
-pub use device::{Clipped, Device};
+pub use device::Device;
 pub use error::{FileError, Mistake};
 pub use files::Files;
 pub use fmu::{Fmu, FmuInstance, FmuRole, FmuVariable};

@@ -3,7 +3,7 @@
 use super::abort::Abort;
 use super::dictionary::{APPLICATION, Dictionary, unsigned};
 use super::pdo;
-use crate::device::{Clipped, Counts};
+use crate::clipped::{Clipped, Counts};
 use std::sync::Arc;
 
 /// Error register, and its history (CiA 301, 7.5.2.2 and 7.5.2.4).

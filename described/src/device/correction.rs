@@ -1,9 +1,26 @@
 //! Corrections applied to a signal before it is sent, as in a firmware.
 
 use super::Device;
-use super::sending::{Correction, Seen};
+use crate::expression::TIME;
 use crate::layout::Sender;
-use crate::steps::{Memory, Steps};
+use crate::steps::{Memory, Procedure, Steps};
+
+#[derive(Debug, Clone)]
+pub(super) struct Correction {
+    steps: Procedure<Seen>,
+    pub(super) memory: Memory,
+}
+
+/// The source of a correction's input.
+#[derive(Debug, Clone, Copy)]
+enum Seen {
+    Slot(usize),
+    /// A signal of this or another message, as last sent.
+    Sent {
+        sending: usize,
+        place: usize,
+    },
+}
 
 impl Device {
     /// Applies `steps` to every value of the signal, noise included, before it is sent; `None` removes them.
@@ -40,5 +57,19 @@ impl Device {
         }
         let sent = self.place_of(name).map(|(sending, place)| Seen::Sent { sending, place });
         sent.ok_or_else(|| format!("the device knows no `{name}`"))
+    }
+
+    /// Applies the corrections of a message to its values.
+    pub(super) fn take_errors_off(&mut self, index: usize, values: &mut [f64]) {
+        // Taken out of the device, so that they can read what else was sent.
+        let mut corrections = std::mem::take(&mut self.senders[index].corrections);
+        for (place, Correction { steps, memory }) in &mut corrections {
+            let (now, value) = (self.dynamics.get(TIME), values[*place]);
+            values[*place] = steps.next(memory, now, value, |seen| match *seen {
+                Seen::Slot(slot) => self.dynamics.get(slot),
+                Seen::Sent { sending, place } => self.senders[sending].last[place],
+            });
+        }
+        self.senders[index].corrections = corrections;
     }
 }

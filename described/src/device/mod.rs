@@ -2,7 +2,6 @@
 
 mod answers;
 mod canopen;
-mod clipped;
 mod correction;
 mod diagnosis;
 mod dynamics;
@@ -18,8 +17,6 @@ use crate::description::{Description, Model, Source};
 use crate::layout::{Decoder, Sender};
 use crate::outbox::Outbox;
 use answers::Answers;
-pub use clipped::Clipped;
-pub(crate) use clipped::Counts;
 use dynamics::{Dynamics, finite};
 use readings::Readings;
 use sending::{Agenda, Sending};

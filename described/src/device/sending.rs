@@ -1,13 +1,14 @@
 //! Sending of messages and its times.
 
-use super::clipped::Counts;
+use super::correction::Correction;
 use super::dynamics::finite;
 use super::occasion::Occasion;
 use super::{Device, NEVER};
+use crate::clipped::{Clipped, Counts};
 use crate::description::{Description, Model, PART, Sent, SignalSource, Source};
 use crate::expression::TIME;
 use crate::layout::{SendKind, Signal};
-use crate::steps::{Memory, Procedure};
+use crate::steps::Memory;
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
 
@@ -33,23 +34,6 @@ pub(super) struct Sending {
     pub(super) sensors: Vec<Memory>,
     /// Corrections of sent signals, by position.
     pub(super) corrections: Vec<(usize, Correction)>,
-}
-
-#[derive(Debug, Clone)]
-pub(super) struct Correction {
-    pub(super) steps: Procedure<Seen>,
-    pub(super) memory: Memory,
-}
-
-/// The source of a correction's input.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Seen {
-    Slot(usize),
-    /// A signal of this or another message, as last sent.
-    Sent {
-        sending: usize,
-        place: usize,
-    },
 }
 
 impl Sending {
@@ -190,6 +174,21 @@ impl Agenda {
 }
 
 impl Device {
+    /// The signals and objects of which values were clipped to the range. Values that round to one in range are not.
+    pub fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
+        let senders = self.senders.iter().zip(&self.description.model.sent);
+        let signals = senders.flat_map(|(sending, sent)| {
+            let message = &self.description.layout().messages()[sent.message];
+            sending.clipped.all().into_iter().map(|(place, count, farthest)| {
+                let signal = &message.signals[place];
+                let name = format!("{}.{}", message.name, signal.name);
+                let range = (signal.minimum, signal.maximum);
+                Clipped { name, range, unit: &signal.unit, count, farthest }
+            })
+        });
+        signals.chain(self.canopen.iter().flat_map(|node| node.clipped()))
+    }
+
     /// Sends messages due by their period, by a change, or as answers, the earliest first.
     pub(super) fn send_what_is_due(&mut self, model: &Model, now: Timestamp) {
         if self.agenda.first() > now && self.answers.due(now).is_none() {
@@ -351,19 +350,6 @@ impl Device {
             }
             *value = inside;
         }
-    }
-
-    fn take_errors_off(&mut self, index: usize, values: &mut [f64]) {
-        // Taken out of the device, so that they can read what else was sent.
-        let mut corrections = std::mem::take(&mut self.senders[index].corrections);
-        for (place, Correction { steps, memory }) in &mut corrections {
-            let (now, value) = (self.dynamics.get(TIME), values[*place]);
-            values[*place] = steps.next(memory, now, value, |seen| match *seen {
-                Seen::Slot(slot) => self.dynamics.get(slot),
-                Seen::Sent { sending, place } => self.senders[sending].last[place],
-            });
-        }
-        self.senders[index].corrections = corrections;
     }
 }
 

@@ -8,7 +8,7 @@ use super::nmt::{self, Command, Consumed, State};
 use super::objects::{Application, Objects};
 use super::pdo::{self, Pdo};
 use super::sdo::{Server, Store};
-use crate::device::Clipped;
+use crate::clipped::Clipped;
 use sending::{AT_EVENTS, Sending};
 use std::collections::VecDeque;
 use std::sync::Arc;

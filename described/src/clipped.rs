@@ -1,7 +1,5 @@
 //! Values that a device could not send, because the range of their signal or object ends before them.
 
-use super::Device;
-
 /// A signal or an object with values beyond its range.
 #[derive(Debug, Clone)]
 pub struct Clipped<'a> {
@@ -15,23 +13,6 @@ pub struct Clipped<'a> {
     pub count: u64,
     /// The value farthest from the range.
     pub farthest: f64,
-}
-
-impl Device {
-    /// The signals and objects of which values were clipped to the range. Values that round to one in range are not.
-    pub fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
-        let senders = self.senders.iter().zip(&self.description.model.sent);
-        let signals = senders.flat_map(|(sending, sent)| {
-            let message = &self.description.layout().messages()[sent.message];
-            sending.clipped.all().into_iter().map(|(place, count, farthest)| {
-                let signal = &message.signals[place];
-                let name = format!("{}.{}", message.name, signal.name);
-                let range = (signal.minimum, signal.maximum);
-                Clipped { name, range, unit: &signal.unit, count, farthest }
-            })
-        });
-        signals.chain(self.canopen.iter().flat_map(|node| node.clipped()))
-    }
 }
 
 /// The counts of one message, or of a device's objects: only those with such values.
