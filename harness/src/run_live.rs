@@ -8,11 +8,14 @@ use crate::plan::Rig;
 use crate::plan::rig::{RigLine, RigNode, UnderTest};
 use crate::port::PortSpec;
 use crate::properties::Property;
-use crate::record::{Device, Record, RecordKind};
+use crate::record::header::Header;
+use crate::record::{Bench, Device, Record, RecordKind};
 use crate::run::{Completed, Ended, Options, Prepared, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
+use chrono::{DateTime, SecondsFormat};
 use described::{Layout, Medium};
+use live::unix_time::unix_s;
 use live::world::{
     ATTACH_MAX_DEFAULT, BenchWork, DeviceUnderTest, LATE_MAX_DEFAULT, LineSite, LiveEnd, LiveError,
     LiveWorld, Placement, PlacementError, Player, Program, Scheduling, Setting, Site, Unfit,
@@ -64,6 +67,8 @@ pub struct LiveSetting {
     pub can: PortSpec,
     /// Requested scheduling; the bench file may request more.
     pub scheduling: Scheduling,
+    /// The number of the run where it is repeated, from 1.
+    pub repetition: Option<u32>,
 }
 
 impl LiveSetting {
@@ -242,6 +247,20 @@ fn said(error: &LiveError) -> String {
     all.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
+/// This machine, now, and what the bench file says.
+fn here(file: &BenchFile, repetition: Option<u32>) -> Bench {
+    let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let started = DateTime::from_timestamp(unix_s().unwrap_or_default(), 0).unwrap_or_default();
+    Bench {
+        started: started.to_rfc3339_opts(SecondsFormat::Secs, true),
+        host: host.trim().to_owned(),
+        file: file.origin.clone(),
+        title: file.title.clone(),
+        repetition,
+        about: file.about.clone(),
+    }
+}
+
 /// A run of a bench that did not come up.
 fn not_begun(error: &LiveError) -> Ended {
     let outcome = match error {
@@ -266,10 +285,12 @@ pub fn run_live_to_folder_watched(
     feed: Option<&Feed>,
     pulse: Pulse<'_>,
 ) -> Result<Completed, LiveRunError> {
+    let (bench, repetition) = (&setting.bench, setting.repetition);
     let setting = setting.resolve(&prepared.rig)?;
     setting.fits(&prepared.plan)?;
     let folder = RunFolder::create(options.out)?;
-    let header = prepared.header(options.seed);
+    let bench = here(bench, repetition);
+    let header = Header { bench: Some(bench.clone()), ..prepared.header(options.seed) };
     let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
     let operator = Operator::live(options.answers.clone(), person);
     let log = folder.file(DEVICE_LOG);
@@ -280,6 +301,7 @@ pub fn run_live_to_folder_watched(
     let summarised = |run: &Ended| {
         let mut summary = summarise(prepared, options.seed, run);
         "real".clone_into(&mut summary.clock);
+        summary.bench = Some(bench.clone());
         summary.bus = setting.site.bus();
         summary.device_under_test = setting.under_test();
         if folder.file(DEVICE_LOG).is_file() {

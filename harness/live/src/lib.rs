@@ -4,7 +4,7 @@
 //! * [`at_ports`]: rigs with some nodes at ports of the system.
 //! * [`attached`]: a device under test that is already running. [`process`]: one that is started here.
 //! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: where the lines of a running rig are, for
-//!   programs beside it. [`lease`]: the user of a bench.
+//!   programs beside it. [`lease`]: the user of a bench. [`unix_time`]: the date.
 //! * [`crossing`]: lines in virtual time that cross the kernel.
 //! * `program` (feature `programs`): programs under test in virtual time.
 
@@ -23,4 +23,5 @@ pub mod lines;
 pub mod process;
 #[cfg(feature = "programs")]
 pub mod program;
+pub mod unix_time;
 pub mod world;

@@ -13,7 +13,7 @@
 //! `head -2` shows which run a record is of; programs can read that without this crate.
 
 use super::blocks::Check;
-use super::{Device, Observation};
+use super::{Bench, Device, Observation};
 use plan::library::Pack;
 use plan::quantities::{self, OPEN_TAG};
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,9 @@ pub struct Header {
     pub plan: String,
     /// Seed of the run.
     pub seed: u64,
+    /// Where and when it ran; absent in virtual time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bench: Option<Bench>,
     /// The meaning of the observations in the record.
     #[serde(default)]
     pub quantities: Vec<Quantity>,

@@ -6,6 +6,7 @@
 //! * [`outcome`]: the result of a run. [`run_folder`]: the files of a run. [`figures`]: number formats.
 //! * [`reading`]: files that report how much of them has been read.
 
+mod bench;
 pub mod blocks;
 mod ear;
 mod encoding;
@@ -31,6 +32,7 @@ pub mod text;
 mod violation;
 pub mod writer;
 
+pub use bench::Bench;
 pub use ear::Ear;
 pub use encoding::RECORD_BYTES_MAX;
 pub use faults::{FaultEvent, FaultRecord, FaultSummary};

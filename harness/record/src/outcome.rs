@@ -9,7 +9,7 @@ pub use commands::CommandSummary;
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 pub use plan::check::Verdict;
 
-use crate::{FaultSummary, figures};
+use crate::{Bench, FaultSummary, figures};
 use serde::{Deserialize, Serialize};
 
 wire::words! {
@@ -32,6 +32,13 @@ wire::words! {
 
 /// Exit status for bad input: an unusable plan, bench file or device file.
 pub const EXIT_BAD_INPUT: u8 = 2;
+
+impl Summary {
+    /// Its number among the runs of `hil run --repeat`.
+    pub fn repetition(&self) -> Option<u32> {
+        self.bench.as_ref()?.repetition
+    }
+}
 
 impl Outcome {
     /// The documented exit status.
@@ -107,6 +114,9 @@ pub struct Summary {
     pub measurements: Vec<Measurement>,
     /// Names of further files in the run folder that the plan made.
     pub artifacts: Vec<String>,
+    /// Where and when it ran; absent in virtual time.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub bench: Option<Bench>,
     /// How well the run kept real time; absent in virtual time.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub timing: Option<Timing>,

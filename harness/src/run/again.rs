@@ -232,6 +232,7 @@ pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
         events: 0,
         measurements: Vec::new(),
         artifacts: Vec::new(),
+        bench: recorded.bench.clone(),
         timing: None,
         ports: Vec::new(),
         commands: Vec::new(),

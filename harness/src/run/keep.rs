@@ -236,6 +236,7 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Ended) -> Summary {
         events: run.events,
         measurements,
         artifacts: Vec::new(),
+        bench: None,
         timing: None,
         ports: Vec::new(),
         commands: run.commands.clone(),

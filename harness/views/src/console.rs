@@ -3,6 +3,7 @@
 mod campaign;
 mod comparison;
 mod markdown;
+mod repeated;
 mod seeds;
 
 #[cfg(feature = "report")]
@@ -16,6 +17,7 @@ pub use campaign::{
 pub(crate) use comparison::Compared;
 pub use comparison::comparison;
 pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
+pub use repeated::repeated_table;
 pub use seeds::{seeds_markdown, seeds_table};
 
 #[cfg(feature = "tty")]
@@ -215,14 +217,13 @@ const fn judged(property: &PropertySummary) -> Result<Verdict, &'static str> {
 
 fn row(procedure: String, measurement: &Measurement, style: Style) -> Row {
     let Measurement { unit, lower, upper, .. } = measurement;
-    let measured = measured(measurement);
     let paper = measurement.paper.as_deref().map_or_else(|| "-".to_owned(), in_cell);
     Row::from([
         Cell::new(procedure),
         Cell::new(in_cell(&measurement.name)),
         Cell::new(measurement.proves.map_or("-", Proves::short)),
         Cell::new(paper),
-        Cell::new(in_cell(&measured)),
+        Cell::new(in_cell(&measured(measurement))),
         Cell::new(in_cell(&figures::band(*lower, *upper, unit))),
         style.verdict(measurement.verdict),
     ])

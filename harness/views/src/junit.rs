@@ -11,6 +11,7 @@ mod envelopes;
 pub use campaign::campaign;
 pub use envelopes::envelopes;
 
+use chrono::DateTime;
 use plan::{RUN_ITSELF, SEED};
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 use record::figures;
@@ -55,9 +56,18 @@ fn attachment(path: &Path) -> String {
 }
 
 fn suite(summary: &Summary, attachments: &str) -> TestSuite {
-    let mut suite = TestSuite::new(with_seed(summary, ", seed "));
+    let mut suite = TestSuite::new(with_seed(summary, ", seed ", ", run "));
     let time = Duration::try_from_secs_f64(summary.wall_s).unwrap_or_default();
     suite.set_time(time);
+    if let Some(bench) = &summary.bench {
+        if let Ok(started) = DateTime::parse_from_rfc3339(&bench.started) {
+            suite.set_timestamp(started);
+        }
+        suite.extra.insert("hostname".into(), bench.host.as_str().into());
+        for (name, value) in &bench.about {
+            suite.add_property(Property::new(name.as_str(), value.as_str()));
+        }
+    }
     for (name, value) in [
         ("title", summary.title.clone()),
         ("outcome", summary.outcome.name().to_owned()),
@@ -102,16 +112,17 @@ fn run(summary: &Summary) -> TestCase {
 fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
     let mut case = TestCase::new(name, status);
     // What stands before the last dot is a package in Jenkins: it lists the seeds of a plan under the plan.
-    case.set_classname(with_seed(summary, ".seed")).set_time(Duration::ZERO);
+    case.set_classname(with_seed(summary, ".seed", ".run")).set_time(Duration::ZERO);
     case
 }
 
-/// The plan, and behind `word` a seed that is not the usual one.
-fn with_seed(summary: &Summary, word: &str) -> String {
-    match summary.seed {
-        SEED => summary.plan.clone(),
-        seed => format!("{}{word}{seed}", summary.plan),
+/// The plan, behind `seed` a seed that is not the usual one, and behind `run` the number of a repeated run.
+fn with_seed(summary: &Summary, seed: &str, run: &str) -> String {
+    let mut name = summary.plan.clone();
+    if summary.seed != SEED {
+        name += &format!("{seed}{}", summary.seed);
     }
+    summary.repetition().map_or(name.clone(), |number| format!("{name}{run}{number}"))
 }
 
 fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> TestCase {

@@ -2,9 +2,10 @@
 
 use super::failure::Failure;
 use super::progress::Screen;
-use crate::who::{unix_s, user};
+use crate::who::user;
 use harness::stopwatch::Stopwatch;
 use live::lease::{Holder, Lease, Leased, folder};
+use live::unix_time::unix_s;
 use plan::bench_file::BenchFile;
 use std::time::Duration;
 

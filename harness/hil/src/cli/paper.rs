@@ -63,6 +63,7 @@ impl PaperArguments {
             watched: false,
             json: self.json,
             is_verified: false,
+            repeat: None,
         };
         series.execute(screen)
     }

@@ -19,6 +19,9 @@ use record::run_folder::RunFolder;
 use record::sink::Level;
 use std::path::{Path, PathBuf};
 
+/// Most runs of one bench; a day of runs of nine seconds.
+const REPEAT_MAX: i64 = 10_000;
+
 fn level() -> impl TypedValueParser<Value = Level> {
     one_of([
         (
@@ -47,10 +50,15 @@ pub(super) struct RunArguments {
     #[arg(long, value_name = "N", conflicts_with_all = ["out", "record"],
           value_parser = clap::value_parser!(u64).range(1..=seeds::SEEDS_MAX))]
     seeds: Option<u64>,
+    /// At a bench: run the plans this many times, one run after the other, and print how many pass and how far the figures
+    /// are apart. Each run has a folder of its own, PLAN-seedN-runK.
+    #[arg(long, value_name = "N", conflicts_with_all = ["seeds", "verify_determinism", "watch"],
+          value_parser = clap::value_parser!(u32).range(2..=REPEAT_MAX))]
+    repeat: Option<u32>,
     /// Also write the table of --seeds to this file, as Markdown.
     #[arg(long, value_name = "FILE", requires = "seeds")]
     markdown: Option<PathBuf>,
-    /// The run folder; with several plans, the folder of their run folders, each PLAN-seedN.
+    /// The run folder; with several plans or runs, the folder of their run folders, each PLAN-seedN.
     /// [default: runs/PLAN-seedN]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -84,7 +92,7 @@ impl RunArguments {
         }
         let plans: Vec<&str> = self.plans.iter().map(String::as_str).collect();
         let out = match (&self.out, plans.len()) {
-            (Some(path), 1) => Out::Folder(path.clone()),
+            (Some(path), 1) if self.repeat.is_none() => Out::Folder(path.clone()),
             (Some(path), _) => Out::Parent(path.clone()),
             (None, _) => Out::Parent(RUNS.into()),
         };
@@ -92,6 +100,12 @@ impl RunArguments {
             self.outdate(&out);
         }
         let setup = self.setup.setup()?;
+        if self.repeat.is_some() && !matches!(setup, Setup::Live(_)) {
+            return Err(Failure::arguments(
+                "--repeat is of a bench: in virtual time all runs of a seed are the same",
+                "add --clock real, or let --seeds vary what is random",
+            ));
+        }
         let prepared = prepare_all(&plans)?;
         self.setup.fits(&prepared)?;
         if let Setup::Live(bench) = &setup {
@@ -114,7 +128,7 @@ impl RunArguments {
                 Setup::Live(_) => {
                     return Err(Failure::arguments(
                         "--seeds needs the virtual clock: a bench has no seed",
-                        "leave out --clock, or --seeds",
+                        "leave out --clock; or repeat the run with --repeat",
                     ));
                 }
             }
@@ -155,6 +169,7 @@ impl RunArguments {
             watched,
             json,
             is_verified: self.verify_determinism,
+            repeat: self.repeat,
         }
         .execute(screen)
     }
@@ -164,7 +179,10 @@ impl RunArguments {
     fn outdate(&self, out: &Out) {
         for plan in &self.plans {
             let name = Path::new(plan).file_stem().unwrap_or_default().to_string_lossy();
-            RunFolder::outdate(&out.folder(&name, self.seed.unwrap_or(SEED)));
+            let seed = self.seed.unwrap_or(SEED);
+            for run in self.repeat.map_or(vec![None], |times| (1..=times).map(Some).collect()) {
+                RunFolder::outdate(&out.folder(&name, seed, run));
+            }
         }
     }
 }

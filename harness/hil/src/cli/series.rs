@@ -14,7 +14,7 @@ use harness::hosted::Hosting;
 use harness::operator::Answers;
 use harness::program::Programs;
 use harness::run::{Completed, Options, Prepared, run_to_folder_watched};
-use harness::run_live::{LiveRunError, run_live_to_folder_watched};
+use harness::run_live::{LiveRunError, LiveSetting, run_live_to_folder_watched};
 use harness::stopwatch::Stopwatch;
 use live::crossing::Kernel;
 use plan::calibrations;
@@ -32,15 +32,16 @@ pub(super) const RUNS: &str = "runs";
 #[derive(Debug, Clone)]
 pub(super) enum Out {
     Folder(PathBuf),
-    /// Parent folder; each plan has its own run folder.
+    /// Parent folder; each plan has its own run folder, and each of its runs if they are repeated.
     Parent(PathBuf),
 }
 
 impl Out {
-    pub(super) fn folder(&self, plan: &str, seed: u64) -> PathBuf {
-        match self {
-            Self::Folder(path) => path.clone(),
-            Self::Parent(path) => path.join(format!("{plan}-seed{seed}")),
+    pub(super) fn folder(&self, plan: &str, seed: u64, run: Option<u32>) -> PathBuf {
+        match (self, run) {
+            (Self::Folder(path), _) => path.clone(),
+            (Self::Parent(path), None) => path.join(format!("{plan}-seed{seed}")),
+            (Self::Parent(path), Some(run)) => path.join(format!("{plan}-seed{seed}-run{run}")),
         }
     }
 }
@@ -66,6 +67,18 @@ pub(super) struct Series<'a> {
     pub(super) json: bool,
     /// Run each plan twice and compare the two runs.
     pub(super) is_verified: bool,
+    /// How often a bench runs all of them.
+    pub(super) repeat: Option<u32>,
+}
+
+/// One of the runs of a series.
+#[derive(Debug, Clone, Copy)]
+struct Turn<'a> {
+    watch: &'a Watch,
+    /// The plan, by its place.
+    index: usize,
+    /// Its number among the runs of the plan, if there are several.
+    repetition: Option<u32>,
 }
 
 /// Reads and checks all plans before any of them runs, so that a mistake in the last plan does not cost the hours of
@@ -103,7 +116,13 @@ impl Series<'_> {
         } else {
             Watch::Unwatched
         };
-        let done = self.run_all(screen, &interrupt, &watch, &mut summaries);
+        let mut done = Ok(());
+        for repetition in self.repeat.map_or(vec![None], |times| (1..=times).map(Some).collect()) {
+            done = self.run_all(repetition, screen, &interrupt, &watch, &mut summaries);
+            if done.is_err() || interrupt.requested() {
+                break;
+            }
+        }
         drop(watch);
         let done = tell(done, &summaries, self.json)?;
         if done.is_ok() || !summaries.is_empty() {
@@ -114,6 +133,7 @@ impl Series<'_> {
 
     fn run_all(
         &self,
+        repetition: Option<u32>,
         screen: &Screen,
         interrupt: &Interrupt,
         watch: &Watch,
@@ -134,9 +154,9 @@ impl Series<'_> {
             }
             promised.extend(calibrations::made_by(&prepared.plan));
             let seed = prepared.plan.seed(self.seed);
-            let out = self.out.folder(prepared.plan.name.as_str(), seed);
-            let completed =
-                self.run(&prepared, &out, screen, interrupt, (watch, index), summaries)?;
+            let out = self.out.folder(prepared.plan.name.as_str(), seed, repetition);
+            let turn = Turn { watch, index, repetition };
+            let completed = self.run(&prepared, &out, screen, interrupt, turn, summaries)?;
             if completed.dropped > 0 {
                 tracing::warn!(
                     "{name}: {} items were lost on lines that were full",
@@ -162,7 +182,7 @@ impl Series<'_> {
         out: &Path,
         screen: &Screen,
         interrupt: &Interrupt,
-        (watch, index): (&Watch, usize),
+        Turn { watch, index, repetition }: Turn<'_>,
         summaries: &mut Vec<Summary>,
     ) -> Result<Completed, Failure> {
         let seed = prepared.plan.seed(self.seed);
@@ -193,8 +213,10 @@ impl Series<'_> {
             }
             Setup::Live(setup) => {
                 let person = self.person.as_ref().map(|terminal| watch.person(terminal));
-                let done =
-                    run_live_to_folder_watched(prepared, &options, setup, person, feed, &mut pulse);
+                let setup = LiveSetting { repetition, ..LiveSetting::clone(setup) };
+                let done = run_live_to_folder_watched(
+                    prepared, &options, &setup, person, feed, &mut pulse,
+                );
                 if let Err(LiveRunError::Live { summary, .. }) = &done {
                     summaries.push(Summary::clone(summary));
                 }
@@ -224,7 +246,10 @@ pub(super) fn tell(
         (Err(failure), true) => Ok(Err(failure.after(json!({ "runs": summaries })))),
         (done, false) => {
             if done.is_ok() || !summaries.is_empty() {
-                say(&console::measurements_table(summaries, Style::of_stdout()))?;
+                let is_repeated = summaries.iter().any(|one| one.repetition().is_some());
+                let table =
+                    if is_repeated { console::repeated_table } else { console::measurements_table };
+                say(&table(summaries, Style::of_stdout()))?;
             }
             Ok(done)
         }
@@ -254,8 +279,10 @@ mod tests {
 
     #[test]
     fn a_run_folder_has_plan_and_seed_in_its_name() {
-        assert_eq!(Out::Parent("runs".into()).folder("laps", 7).to_str(), Some("runs/laps-seed7"));
-        assert_eq!(Out::Folder("here".into()).folder("laps", 7).to_str(), Some("here"));
+        let folder = |out: Out, run| out.folder("laps", 7, run).to_string_lossy().into_owned();
+        assert_eq!(folder(Out::Parent("runs".into()), None), "runs/laps-seed7");
+        assert_eq!(folder(Out::Parent("runs".into()), Some(3)), "runs/laps-seed7-run3");
+        assert_eq!(folder(Out::Folder("here".into()), None), "here");
     }
 
     #[test]

@@ -171,6 +171,7 @@ impl SetupArguments {
                     _ => PortSpec::SlcanPty { link: None },
                 },
                 scheduling: if self.realtime { Scheduling::RealTime } else { Scheduling::Normal },
+                repetition: None,
             }))),
         }
     }
@@ -340,7 +341,8 @@ mod tests {
         }
         let live = |device_under_test, can| {
             let (bench, scheduling) = (BenchFile::default(), Scheduling::Normal);
-            let setting = LiveSetting { device_under_test, bench, can, scheduling };
+            let repetition = None;
+            let setting = LiveSetting { device_under_test, bench, can, scheduling, repetition };
             Ok(Setup::Live(Box::new(setting)))
         };
         let adapter = PortSpec::SlcanPty { link: None };

@@ -3,6 +3,7 @@
 use super::progress::Screen;
 use crate::who;
 use harness::operator::{Line, Person};
+use live::unix_time;
 use std::io::{self, BufRead, IsTerminal, Read};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -77,7 +78,7 @@ impl Person for Terminal {
     }
 
     fn unix_s(&self) -> Option<i64> {
-        who::unix_s()
+        unix_time::unix_s()
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::finding::Finding;
 use super::plans;
-use crate::who::unix_s;
 use harness::run::Prepared;
 use live::lease::{self, Lease, Leased};
+use live::unix_time::unix_s;
 use plan::bench_file::{AttachPlace, BenchFile, ControllerSection, Medium, PortText, ROLES, Role};
 use plan::rig::{RigLine, UnderTest};
 use wire::can::BitRates;

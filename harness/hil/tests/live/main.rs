@@ -12,6 +12,7 @@
 //! * [`liars`]: controllers that say what is not so.
 //! * [`ports`]: ports that come and go.
 //! * [`real_ports`]: real devices of a rig, and what is lost at their ports.
+//! * [`repeated`]: runs that are repeated, and what they say of their bench.
 //! * [`table`]: an emulated table on a port.
 //! * [`wrong`]: wrong wiring and settings.
 
@@ -30,6 +31,7 @@ mod liars;
 mod own_device;
 mod ports;
 mod real_ports;
+mod repeated;
 mod table;
 mod wrong;
 

@@ -22,6 +22,9 @@
 //!
 //! [answers]
 //! file = "answers.toml"
+//!
+//! [about]                     # what summary, report and JUnit say of the bench
+//! "serial number" = "SN 1234"
 //! ```
 //!
 //! A role without a table is emulated, at the place that the world chooses. Invalid values are rejected during parsing,
@@ -98,6 +101,12 @@ pub struct BenchFile {
     pub timing: Timing,
     /// What a person would be asked for.
     pub answers: Option<AnswersSection>,
+    /// What the results of a run say of the bench: serial numbers, revisions, people.
+    #[serde(default)]
+    pub about: BTreeMap<String, String>,
+    /// Path of the file, or its name in the library; [`BenchFile::load`] sets it.
+    #[serde(skip)]
+    pub origin: Option<String>,
 }
 
 /// Where a line of a rig is: `[line.can0] port = "can:can0"`.
@@ -130,6 +139,7 @@ impl BenchFile {
         {
             answers.file = folder.join(&answers.file);
         }
+        bench.origin = Some(origin);
         Ok(bench)
     }
 

@@ -63,6 +63,7 @@ pub fn summary() -> Summary {
         title: "Laps on the square, gyro only observing".into(),
         version: "0.1.0".into(),
         seed: 7,
+        bench: None,
         clock: "virtual".into(),
         bus: "memory".into(),
         device_under_test: "in-process".into(),

@@ -32,6 +32,19 @@ pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
                 (fact("took", &figures::duration(summary.wall_s)))
                 (fact("events", &grouped(summary.events)))
                 (fact("records", &grouped(collected.records)))
+                @if let Some(run) = summary.repetition() {
+                    (fact("run", &run.to_string()))
+                }
+                @if let Some(bench) = &summary.bench {
+                    (fact("started", &bench.started))
+                    (fact("host", &bench.host))
+                    @if let Some(file) = &bench.file {
+                        (fact("bench file", file))
+                    }
+                    @for (name, value) in &bench.about {
+                        (fact(name, value))
+                    }
+                }
                 @if let Some(timing) = &summary.timing {
                     (fact("late, 99 % of the time", &format!("at most {:.1} ms", timing.late.p99_ms)))
                     (fact("late, at worst", &format!("{:.1} ms", timing.late.max_ms)))

@@ -29,6 +29,7 @@ impl BenchHand {
             bench: BenchFile::load(name)?,
             can: PortSpec::SlcanPty { link: None },
             scheduling: Scheduling::Normal,
+            repetition: None,
         };
         let text = BenchFile::text(name)?;
         let place = bench_place(name)?;
