@@ -256,6 +256,7 @@ fn here(file: &BenchFile, repetition: Option<u32>) -> Bench {
         host: host.trim().to_owned(),
         file: file.origin.clone(),
         title: file.title.clone(),
+        real: file.real_nodes(),
         repetition,
         about: file.about.clone(),
     }

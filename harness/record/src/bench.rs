@@ -17,6 +17,9 @@ pub struct Bench {
     /// Its title; may be empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
+    /// Nodes of the rig that were real, though its file has them emulated or started.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub real: Vec<String>,
     /// Its number among the runs of `hil run --repeat`, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repetition: Option<u32>,

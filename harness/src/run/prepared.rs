@@ -2,6 +2,7 @@
 
 use super::declared;
 use super::rig_of::{RigError, load_rig};
+use crate::bench_file::Foreign;
 use crate::calibrations::{self, CalibrationError};
 use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source};
 use crate::made::Made;
@@ -58,6 +59,10 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Model(#[from] ModelError),
+    /// The bench has a node that the rig lacks.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Foreign(#[from] Foreign),
     /// Records refer to nodes by their place in the rig.
     #[error("the rig of the plan \"{plan}\" has {theirs}, but the record has {recorded}")]
     #[diagnostic(help(
@@ -179,6 +184,21 @@ impl Prepared {
         let models = models.map_err(PrepareError::from).map_err(placed)?;
         let project = library.folder().map(Path::to_owned);
         Ok(Self { project, ..Self::new(Arc::new(plan), rig, calibrations, models) })
+    }
+
+    /// The same where these nodes of the rig are real.
+    ///
+    /// # Errors
+    ///
+    /// When the rig lacks one, or the plan asks something of it that only another can do.
+    pub fn with_real(self, nodes: &[String]) -> Result<Self, PrepareError> {
+        if nodes.is_empty() {
+            return Ok(self);
+        }
+        let rig = self.rig.with_real(nodes)?;
+        let text = self.files.plan().unwrap_or_default();
+        self.plan.check_rig(self.plan.name.as_str(), text, &rig)?;
+        Ok(Self { rig, ..self })
     }
 
     /// Combines a plan with everything that it names.

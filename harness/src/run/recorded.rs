@@ -48,6 +48,9 @@ pub fn prepare_recorded(
 ) -> Result<Option<Prepared>, PrepareError> {
     let Some((library, name)) = place_of(recorded, named) else { return Ok(None) };
     let prepared = Prepared::load_from(&library, name, &Made::default())?;
+    // Another plan may have a program in the place of a device that was real.
+    let real = recorded.bench.iter().filter(|_| named.is_none()).flat_map(|bench| &bench.real);
+    let prepared = prepared.with_real(&real.cloned().collect::<Vec<_>>())?;
     expect_nodes(recorded, &prepared.plan, &prepared.rig)?;
     Ok(Some(prepared))
 }

@@ -165,8 +165,9 @@ impl CampaignArguments {
         }
         let library = Library::beside(&self.plan);
         let source = library.open(Kind::Plan, &self.plan)?;
-        let prepared = Prepared::load(&self.plan, &Made::default())?;
         let setup = self.setup.setup()?;
+        let prepared =
+            Prepared::load(&self.plan, &Made::default())?.with_real(&setup.real_nodes())?;
         self.setup.fits(std::slice::from_ref(&prepared))?;
         let interrupt = Interrupt::install(screen)?;
         let live = match &setup {

@@ -29,8 +29,9 @@ pub(super) struct DrawArguments {
 
 impl DrawArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
-        let prepared = Prepared::load(&self.plan, &Made::default())?;
         let bench = self.bench.as_deref().map(BenchFile::load).transpose()?;
+        let real = bench.as_ref().map(BenchFile::real_nodes).unwrap_or_default();
+        let prepared = Prepared::load(&self.plan, &Made::default())?.with_real(&real)?;
         let svg = drawing::svg(&prepared.plan.title, &prepared.rig, bench.as_ref()) + "\n";
         match &self.out {
             Some(path) => {

@@ -46,7 +46,7 @@ impl PaperArguments {
                 "`hil new NAME` creates a project, `hil --help` shows all commands, and `hil list plans` the plans that ship",
             ));
         };
-        let prepared = prepare_all(&plans)?;
+        let prepared = prepare_all(&plans, &Setup::Simulated)?;
         let asked = prepared.iter().map(|one| &*one.plan);
         let (answers, person) =
             OperatorArguments::default().collect(&Setup::Simulated, asked, screen)?;
@@ -83,10 +83,11 @@ fn plans_in(folder: &Path) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::{prepare_all, procedures};
+    use crate::cli::setup::Setup;
 
     #[test]
     fn every_procedure_can_be_prepared() {
         let plans = procedures();
-        assert_eq!(prepare_all(&plans).unwrap().len(), plans.len());
+        assert_eq!(prepare_all(&plans, &Setup::Simulated).unwrap().len(), plans.len());
     }
 }

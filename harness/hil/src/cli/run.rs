@@ -106,7 +106,7 @@ impl RunArguments {
                 "add --clock real, or let --seeds vary what is random",
             ));
         }
-        let prepared = prepare_all(&plans)?;
+        let prepared = prepare_all(&plans, &setup)?;
         self.setup.fits(&prepared)?;
         if let Setup::Live(bench) = &setup {
             for one in &prepared {

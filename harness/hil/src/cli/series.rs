@@ -87,11 +87,11 @@ struct Turn<'a> {
 /// # Errors
 ///
 /// When a plan cannot be prepared, or two have the same name and would share a run folder.
-pub(super) fn prepare_all(plans: &[&str]) -> Result<Vec<Prepared>, Failure> {
+pub(super) fn prepare_all(plans: &[&str], setup: &Setup) -> Result<Vec<Prepared>, Failure> {
     let mut promised = Made::default();
     let mut prepared: Vec<Prepared> = Vec::new();
     for name in plans {
-        let next = Prepared::load(name, &promised)?;
+        let next = Prepared::load(name, &promised)?.with_real(&setup.real_nodes())?;
         if prepared.iter().any(|earlier| earlier.plan.name == next.plan.name) {
             return Err(Failure::arguments(
                 format!("two of the plans are called {}", next.plan.name),
@@ -143,7 +143,8 @@ impl Series<'_> {
         let mut promised = BTreeSet::new();
         for (index, name) in self.plans.iter().enumerate() {
             let (hosting, programs) = (self.hosting.clone(), Programs::until(interrupt.flag()));
-            let prepared = Prepared { hosting, programs, ..Prepared::load(name, &made)? };
+            let prepared = Prepared::load(name, &made)?.with_real(&self.setup.real_nodes())?;
+            let prepared = Prepared { hosting, programs, ..prepared };
             for calibration in prepared.calibrations.keys() {
                 if promised.contains(calibration) && !made.calibrations.contains_key(calibration) {
                     tracing::warn!(
@@ -275,7 +276,7 @@ fn annotate(plan: &str, summary: &Summary, screen: &Screen) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Out, prepare_all};
+    use super::{Out, Setup, prepare_all};
 
     #[test]
     fn a_run_folder_has_plan_and_seed_in_its_name() {
@@ -287,8 +288,8 @@ mod tests {
 
     #[test]
     fn two_plans_cannot_share_a_run_folder() {
-        assert_eq!(prepare_all(&["warm-up", "umbmark"]).unwrap().len(), 2);
-        let failure = prepare_all(&["warm-up", "warm-up"]).unwrap_err();
+        assert_eq!(prepare_all(&["warm-up", "umbmark"], &Setup::Simulated).unwrap().len(), 2);
+        let failure = prepare_all(&["warm-up", "warm-up"], &Setup::Simulated).unwrap_err();
         assert_eq!(failure.to_string(), "two of the plans are called warm-up");
     }
 }

@@ -48,7 +48,12 @@ impl Needs {
     /// programs that they test.
     pub fn read(bench: Option<&str>, plans: &[String]) -> Self {
         let mut needs = Self::default();
-        let prepared = plans::prepare(plans, &mut needs.findings);
+        let bench = bench.map(|name| (name, BenchFile::load(name)));
+        let real = match &bench {
+            Some((_, Ok(file))) => file.real_nodes(),
+            _ => Vec::new(),
+        };
+        let prepared = plans::prepare(plans, &real, &mut needs.findings);
         for Prepared { plan, rig, .. } in &prepared {
             for (node, how) in rig.under_test() {
                 if let UnderTest::Command(words) = how {
@@ -58,8 +63,8 @@ impl Needs {
         }
         let robots = prepared.iter().filter(|one| one.rig.robot.is_some()).count();
         needs.no_robot = !prepared.is_empty() && robots == 0;
-        let Some(name) = bench else { return needs };
-        match BenchFile::load(name) {
+        let Some((name, file)) = bench else { return needs };
+        match file {
             Err(error) => needs.findings.push(plans::unusable(&format!("bench {name}"), &error)),
             Ok(file) => {
                 let roles = plans::judge(name, &file, &prepared, &mut needs.findings);

@@ -16,11 +16,15 @@ const ON_CAN: &str = "on CAN";
 const ON_A_SERIAL_LINE: &str = "on a serial line";
 
 /// Reads the plans in order, each with the calibrations that the earlier ones promise.
-pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prepared> {
+pub(super) fn prepare(
+    plans: &[String],
+    real: &[String],
+    findings: &mut Vec<Finding>,
+) -> Vec<Prepared> {
     let mut promised = Made::default();
     let mut prepared = Vec::new();
     for name in plans {
-        match Prepared::load(name, &promised) {
+        match Prepared::load(name, &promised).and_then(|next| next.with_real(real)) {
             Ok(next) => {
                 promised.promise(&next.plan);
                 prepared.push(next);
@@ -280,7 +284,7 @@ mod tests {
         let plan = "name = \"wrong\"\ntitle = \"\"\nsteps = [{ wiat = { duration_s = 1 } }]\n";
         std::fs::write(&path, plan).unwrap();
         let mut findings = Vec::new();
-        assert!(prepare(&[path.to_str().unwrap().to_owned()], &mut findings).is_empty());
+        assert!(prepare(&[path.to_str().unwrap().to_owned()], &[], &mut findings).is_empty());
         let [found] = &findings[..] else { panic!("{findings:?}") };
         assert!(found.what.contains("wrong.toml:3: "), "{found:?}");
         assert!(!found.mend.as_deref().unwrap_or_default().contains("hil list"), "{found:?}");

@@ -11,6 +11,7 @@
 //! * [`lease`]: benches that people share.
 //! * [`liars`]: controllers that say what is not so.
 //! * [`ports`]: ports that come and go.
+//! * [`real_nodes`]: nodes of a rig that a bench has.
 //! * [`real_ports`]: real devices of a rig, and what is lost at their ports.
 //! * [`repeated`]: runs that are repeated, and what they say of their bench.
 //! * [`table`]: an emulated table on a port.
@@ -30,6 +31,7 @@ mod lease;
 mod liars;
 mod own_device;
 mod ports;
+mod real_nodes;
 mod real_ports;
 mod repeated;
 mod table;

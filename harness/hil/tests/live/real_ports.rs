@@ -17,7 +17,7 @@ use wire::time::Timestamp;
 const LIMIT: Duration = Duration::from_secs(60);
 const TURN: Duration = Duration::from_millis(50);
 /// To the end of the run.
-const ALL: u32 = u32::MAX;
+pub const ALL: u32 = u32::MAX;
 /// Of a run that is not about lateness, ms.
 const PATIENT: u32 = 5_000;
 
@@ -102,9 +102,9 @@ fn project(folder: &Path, device: &str, line: &str, always: &str) -> PathBuf {
 }
 
 /// A run, with a real device at the path of a port.
-struct Bench {
-    folder: TempDir,
-    out: PathBuf,
+pub struct Bench {
+    pub folder: TempDir,
+    pub out: PathBuf,
     link: PathBuf,
     plan: PathBuf,
 }
@@ -116,7 +116,7 @@ impl Bench {
         Self::at("serial", late_ms_max, (folder, out), plan)
     }
 
-    fn with_a_charger() -> Self {
+    pub fn with_a_charger() -> Self {
         let (folder, out) = out("run");
         let line = "can = { bit_rate = 250_000 }";
         let plan = project(folder.path(), CHARGER, line, "d.Amps < 100 A");
@@ -133,18 +133,31 @@ impl Bench {
         Self { folder, out, link, plan }
     }
 
-    fn start(&self) -> Child {
+    /// The device is emulated, unless the bench file says that it is real.
+    pub fn emulates_in_its_rig_file(&self) {
+        let rig = self.folder.path().join("rigs/real.toml");
+        let text = std::fs::read_to_string(&rig).unwrap();
+        let emulated =
+            text.replace("under_test = { attached = true }", "").replace("described_by", "emulate");
+        std::fs::write(&rig, emulated).unwrap();
+    }
+
+    pub fn command(&self) -> Command {
         let mut run = hil();
         run.arg("run").arg(&self.plan).args(["--clock", "real", "--quiet", "--bench"]);
         run.arg(self.folder.path().join("bench.toml")).arg("--out").arg(&self.out);
-        run.spawn().unwrap()
+        run
+    }
+
+    pub fn start(&self) -> Child {
+        self.command().spawn().unwrap()
     }
 
     fn drive(&self) -> PtyPort {
         PtyPort::open(Some(&self.link)).unwrap()
     }
 
-    fn adapter(&self) -> SlcanAdapter {
+    pub fn adapter(&self) -> SlcanAdapter {
         SlcanAdapter::open(Some(&self.link)).unwrap()
     }
 
@@ -158,13 +171,13 @@ impl Bench {
     }
 }
 
-fn block_on<T>(test: impl Future<Output = T>) -> T {
+pub fn block_on<T>(test: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async { tokio::time::timeout(LIMIT, test).await.expect("the run ends") })
 }
 
 /// Serves a device for so many turns, or until the run has ended.
-async fn serve<P>(child: &mut Child, turns: u32, port: &mut P, turn: impl AsyncFn(&mut P)) {
+pub async fn serve<P>(child: &mut Child, turns: u32, port: &mut P, turn: impl AsyncFn(&mut P)) {
     for _ in 0..turns {
         if child.try_wait().unwrap().is_some() {
             return;
@@ -179,7 +192,7 @@ async fn drives(port: &mut PtyPort) {
     while port.receive().await.is_ok() {}
 }
 
-async fn charges(adapter: &mut SlcanAdapter) {
+pub async fn charges(adapter: &mut SlcanAdapter) {
     let status = CanFrame::new(StandardId::new(0x200).unwrap(), &[12]).unwrap();
     adapter.send(Timestamp::ZERO, &status);
     while adapter.receive().await.is_ok() {}
@@ -235,11 +248,7 @@ fn an_adapter_that_was_away_is_used_again_and_said_to_have_been_away() {
 fn a_real_device_beside_its_emulation_is_noted() {
     in_time(|| {
         let bench = Bench::with_a_charger();
-        let rig = bench.folder.path().join("rigs/real.toml");
-        let text = std::fs::read_to_string(&rig).unwrap();
-        let emulated =
-            text.replace("under_test = { attached = true }", "").replace("described_by", "emulate");
-        std::fs::write(&rig, emulated).unwrap();
+        bench.emulates_in_its_rig_file();
         let mut child = block_on(async {
             let mut port = bench.adapter();
             let mut child = bench.start();

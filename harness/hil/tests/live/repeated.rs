@@ -23,7 +23,10 @@ fn each_of_the_repeated_runs_is_kept_with_its_bench() {
         for run in 1..=3 {
             let out = out.join(format!("flashed-seed1-run{run}"));
             let bench = &summary(&out)["bench"];
-            assert_eq!((&bench["repetition"], &bench["file"]), (&run.into(), &"./bench.toml".into()));
+            assert_eq!(
+                (&bench["repetition"], &bench["file"]),
+                (&run.into(), &"./bench.toml".into())
+            );
             assert_eq!(bench["about"]["serial number"], "SN 1234");
             let started = bench["started"].as_str().unwrap();
             let junit = std::fs::read_to_string(out.join("junit.xml")).unwrap();

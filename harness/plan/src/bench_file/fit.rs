@@ -1,7 +1,7 @@
 //! Whether a bench file names the rig that it is used with.
 
 use super::{BenchFile, ROLES};
-use crate::rig::Rig;
+use crate::rig::{NodePart, Rig, RigNode, UnderTest};
 use crate::speakers::DEVICE;
 use described::hint;
 
@@ -58,6 +58,39 @@ impl BenchFile {
                 })
             }
             _ => Ok(()),
+        }
+    }
+}
+
+impl Rig {
+    /// Makes these nodes real: each is at the port of its line, whatever the rig file has in its place.
+    ///
+    /// # Errors
+    /// The first that is not in the rig, or that the plan itself or a log plays.
+    pub fn with_real(mut self, nodes: &[String]) -> Result<Self, Foreign> {
+        for name in nodes {
+            let can_be = |node: &&mut RigNode| {
+                matches!(node.part, NodePart::Described(_) | NodePart::UnderTest(_))
+            };
+            let mut able = self.nodes.iter_mut().filter(can_be);
+            match able.find(|node| node.name == *name && !self.is_short) {
+                Some(node) => node.part = NodePart::UnderTest(UnderTest::Attached(true)),
+                None => return Err(self.has_no_node(name)),
+            }
+        }
+        Ok(self)
+    }
+
+    /// Why a bench cannot have a real node of this name.
+    fn has_no_node(&self, name: &str) -> Foreign {
+        let able = |node: &&RigNode| {
+            matches!(node.part, NodePart::Described(_) | NodePart::UnderTest(_)) && !self.is_short
+        };
+        let known: Vec<&str> = self.nodes.iter().filter(able).map(|node| &*node.name).collect();
+        Foreign {
+            table: format!("node.{name}"),
+            what: "node that can be real",
+            help: hint::proposal(name, &known),
         }
     }
 }

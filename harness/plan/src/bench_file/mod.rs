@@ -27,6 +27,8 @@
 //! "serial number" = "SN 1234"
 //! ```
 //!
+//! A node of a rig is what the rig file says, or real: `[node.cells] real = true`.
+//!
 //! A role without a table is emulated, at the place that the world chooses. Invalid values are rejected during parsing,
 //! so that the message points at its place.
 
@@ -45,6 +47,7 @@ pub use controller::ControllerSection;
 pub use fit::Foreign;
 pub use port_text::{Medium, PortText, PortTextError};
 pub use role::Role;
+use role::Yes;
 pub use timing::Timing;
 
 use crate::library::{Kind, Library, LibraryError};
@@ -84,6 +87,9 @@ pub struct BenchFile {
     /// Ports of a rig's lines, by their names.
     #[serde(rename = "line", default)]
     pub lines: BTreeMap<String, LineSection>,
+    /// Nodes of a rig that are real on this bench, by their names.
+    #[serde(rename = "node", default)]
+    pub nodes: BTreeMap<String, NodeSection>,
     /// What the step `do` runs, by name: power, relays, flashing.
     #[serde(rename = "command", default)]
     pub commands: BTreeMap<Name, CommandSection>,
@@ -116,6 +122,15 @@ pub struct LineSection {
     /// The port at which the nodes are that this process emulates.
     #[schemars(with = "String")]
     pub port: PortText,
+}
+
+/// A node of a rig: `[node.cells] real = true`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NodeSection {
+    /// It is there, at the port of its line: nothing emulates it, and no program is started in its place.
+    #[schemars(extend("const" = true), with = "bool")]
+    real: Yes,
 }
 
 /// Where the answers of a person are written down.
@@ -165,6 +180,11 @@ impl BenchFile {
             DEVICE => self.device.as_ref(),
             _ => None,
         }
+    }
+
+    /// The nodes that are real.
+    pub fn real_nodes(&self) -> Vec<String> {
+        self.nodes.keys().cloned().collect()
     }
 
     /// Each role and its device, in the order of [`ROLES`].

@@ -62,6 +62,7 @@ impl<'de> Deserialize<'de> for SerialText {
 }
 
 /// Accepts only `true`; `false` would be a misunderstanding.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Yes;
 
 impl<'de> Deserialize<'de> for Yes {

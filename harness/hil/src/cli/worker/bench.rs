@@ -64,6 +64,8 @@ impl BenchHand {
         let repetition = package.repetition_on(bench_name(&self.place), &self.text);
         let repetition = repetition.map_err(|error| error.to_string())?;
         let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
+        let prepared = prepared.with_real(&self.setup.bench.real_nodes());
+        let prepared = prepared.map_err(|error| error.to_string())?;
         let setting = self.setup.resolve(&prepared.rig).map_err(|error| error.to_string())?;
         setting.fits(&prepared.plan).map_err(|error| error.to_string())?;
         let site = Site {
