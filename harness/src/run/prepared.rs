@@ -196,8 +196,7 @@ impl Prepared {
             return Ok(self);
         }
         let rig = self.rig.with_real(nodes)?;
-        let text = self.files.plan().unwrap_or_default();
-        self.plan.check_rig(self.plan.name.as_str(), text, &rig)?;
+        self.plan.check_rig(&self.plan.name, self.files.plan().unwrap_or_default(), &rig)?;
         Ok(Self { rig, ..self })
     }
 
