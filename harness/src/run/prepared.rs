@@ -196,7 +196,11 @@ impl Prepared {
             return Ok(self);
         }
         let rig = self.rig.with_real(nodes)?;
-        self.plan.check_rig(&self.plan.name, self.files.plan().unwrap_or_default(), &rig)?;
+        self.plan.check_rig(
+            self.plan.name.as_str(),
+            self.files.plan().unwrap_or_default(),
+            &rig,
+        )?;
         Ok(Self { rig, ..self })
     }
 
