@@ -11,6 +11,7 @@ mod keep;
 #[cfg(feature = "logs")]
 mod logged;
 mod prepared;
+mod real_nodes;
 mod recorded;
 mod recorded_properties;
 mod rig_of;

@@ -186,24 +186,6 @@ impl Prepared {
         Ok(Self { project, ..Self::new(Arc::new(plan), rig, calibrations, models) })
     }
 
-    /// The same where these nodes of the rig are real.
-    ///
-    /// # Errors
-    ///
-    /// When the rig lacks one, or the plan asks something of it that only another can do.
-    pub fn with_real(self, nodes: &[String]) -> Result<Self, PrepareError> {
-        if nodes.is_empty() {
-            return Ok(self);
-        }
-        let rig = self.rig.with_real(nodes)?;
-        self.plan.check_rig(
-            self.plan.name.as_str(),
-            self.files.plan().unwrap_or_default(),
-            &rig,
-        )?;
-        Ok(Self { rig, ..self })
-    }
-
     /// Combines a plan with everything that it names.
     pub fn new(
         plan: Arc<Plan>,
