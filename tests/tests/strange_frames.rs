@@ -25,11 +25,19 @@ dbc_node = "Manager"
 under_test = { in_process = true }
 "#;
 
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Content {
+    Sound,
+    /// The cells' checksum is wrong.
+    Damaged,
+    Remote,
+}
+
 /// Sends one frame of each identifier every half a second.
 #[derive(Debug)]
 struct Strange {
     identifiers: Vec<Id>,
-    are_remote: bool,
+    content: Content,
     next: Timestamp,
     outgoing: Vec<CanFrame>,
 }
@@ -43,11 +51,11 @@ impl Device for Strange {
         }
         self.next = now + Span::from_millis(500);
         let mut data = [0; 8];
-        // The cells' checksum is right.
         data[7] = crc::Crc::<u8>::new(&crc::CRC_8_SAE_J1850).checksum(&data[..7]);
-        let frame = |id: &Id| match self.are_remote {
-            true => CanFrame::new_remote(*id, 8),
-            false => CanFrame::new(*id, &data),
+        let frame = |id: &Id| match self.content {
+            Content::Sound => CanFrame::new(*id, &data),
+            Content::Damaged => CanFrame::new(*id, &[0x55; 8]),
+            Content::Remote => CanFrame::new_remote(*id, 8),
         };
         self.outgoing = self.identifiers.iter().map(|id| frame(id).unwrap()).collect();
     }
@@ -66,15 +74,15 @@ fn notes(identifiers: &[Id]) -> Vec<String> {
 }
 
 fn run(identifiers: &[Id]) -> TrialRun {
-    run_of(&cells(), identifiers, false)
+    run_of(&cells(), identifiers, Content::Sound)
 }
 
-fn run_of(plan: &str, identifiers: &[Id], are_remote: bool) -> TrialRun {
+fn run_of(plan: &str, identifiers: &[Id], content: Content) -> TrialRun {
     let trial = load(&project(RIG, plan)).unwrap();
     let identifiers = identifiers.to_vec();
     let strange = move || Strange {
         identifiers: identifiers.clone(),
-        are_remote,
+        content,
         next: Timestamp::from_nanos(1),
         outgoing: Vec::new(),
     };
@@ -110,7 +118,7 @@ fn a_forged_message_is_judged_as_its_owners() {
 /// Found by a user: they were noted nowhere.
 #[test]
 fn remote_requests_are_noted() {
-    let run = run_of(&cells(), &[standard(256), standard(512), standard(0x7ff)], true);
+    let run = run_of(&cells(), &[standard(256), standard(512), standard(0x7ff)], Content::Remote);
     assert_eq!(
         run.summary().notes,
         [
@@ -134,15 +142,18 @@ fn at_most(most: u32) -> String {
 fn a_plan_judges_how_much_came_that_is_no_message() {
     let strange = [standard(0x7ff), standard(0x7fe)];
     let none: [Id; 0] = [];
-    for (identifiers, are_remote, most, passes) in [
-        (&none[..], false, 0, true),
-        (&[standard(512)], false, 0, true),
-        (&strange, false, 8, true),
-        (&strange, false, 7, false),
-        (&[standard(256)], true, 4, true),
-        (&[standard(256)], true, 3, false),
+    for (identifiers, content, most, passes) in [
+        (&none[..], Content::Sound, 0, true),
+        (&[standard(512)], Content::Sound, 0, true),
+        (&strange, Content::Sound, 8, true),
+        (&strange, Content::Sound, 7, false),
+        (&[standard(256)], Content::Remote, 4, true),
+        (&[standard(256)], Content::Remote, 3, false),
+        // Found by a user: a frame of another node's message counted twice where its checksum was wrong, too.
+        (&[standard(256)], Content::Damaged, 4, true),
+        (&[standard(256)], Content::Damaged, 3, false),
     ] {
-        let run = run_of(&at_most(most), identifiers, are_remote);
+        let run = run_of(&at_most(most), identifiers, content);
         assert_eq!(run.passed(), passes, "{run}");
     }
     let other = at_most(0).replace("unexpected.can0", "unexpected.can1");

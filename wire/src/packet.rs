@@ -1,7 +1,7 @@
 //! A bounded run of serial bytes, sent in one piece.
 
 /// Maximum length: the longest exchange of any codec here, with room to spare.
-pub const BYTES_MAX: usize = 64;
+pub const BYTES_MAX: usize = 128;
 
 /// Up to [`BYTES_MAX`] bytes; excess input is refused, never cut.
 #[derive(Clone, Copy)]

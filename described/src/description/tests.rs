@@ -196,7 +196,7 @@ fn wrong_layouts() {
         serial("text = \"T={x}\"").replace("9600", "9600, stop_bits = 3"),
         serial("text = \"T={x}\""),
         serial("text = \"{a}{b}\\n\""),
-        serial("text = \"{a},{b},{c},{d}\\n\""),
+        serial("text = \"{a},{b},{c},{d},{e},{f},{g}\\n\""),
         serial("text = \"{a}\\n\"\nfields = [{ name = \"b\", unit = \"V\" }]"),
         serial(&format!("text = \"SET {{a:.1}}\\n\"{second}text = \"SET {{b:.0}}\\n\"")),
         "name = \"m\"".to_owned(),

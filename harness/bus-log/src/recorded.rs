@@ -107,11 +107,12 @@ mod tests {
     use record::header::Header;
     use record::samples::{one_of_each, record};
     use record::{Device, RecordKind};
+    use wire::packet::BYTES_MAX;
 
     #[test]
     fn frames_and_bytes_and_nothing_else() {
         let mut records = one_of_each();
-        records.push(record(1.0, Device::Controller, RecordKind::Bytes(vec![7; 65])));
+        records.push(record(1.0, Device::Controller, RecordKind::Bytes(vec![7; BYTES_MAX + 1])));
         let entries: Vec<_> = Recorded::new(Header::default(), records.into_iter().map(Ok))
             .map(Result::unwrap)
             .collect();
@@ -130,7 +131,7 @@ mod tests {
         let expected = [
             (line("gyro"), Direction::Rx, 5),
             (line("can0"), Direction::Rx, 2),
-            (line("controller"), Direction::Tx, 64),
+            (line("controller"), Direction::Tx, BYTES_MAX),
             (line("controller"), Direction::Tx, 1),
         ];
         assert_eq!(seen, expected);

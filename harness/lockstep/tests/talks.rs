@@ -3,7 +3,7 @@
 use crate::common::{bytes, c, python, secs};
 use lockstep::{Lockstep, Program, Said};
 use wire::device::{Device as _, PortId, Transmit};
-use wire::packet::Packet;
+use wire::packet::{BYTES_MAX, Packet};
 use wire::serial::{Parity, SerialSettings};
 use wire::time::{Span, Timestamp};
 
@@ -64,7 +64,7 @@ fn a_moment_is_one_and_a_write_is_one() {
                 \x20   heard = os.read(port, 100)\n\
                 \x20   os.write(port, heard)\n\
                 \x20   os.write(port, b'.')\n\
-                \x20   os.write(port, b'x' * 100)\n";
+                \x20   os.write(port, b'x' * 200)\n";
     let mut running = script(text).serial("/dev/ttyHIL0").start().unwrap();
     assert_eq!(running.transmit(secs(0)), None);
     let (at, port) = (secs(1), PortId(0));
@@ -72,7 +72,7 @@ fn a_moment_is_one_and_a_write_is_one() {
     running.receive(at, port, &bytes("cd"));
     let sent: Vec<Transmit> =
         std::iter::from_fn(|| running.transmit(at)).map(|(_, what)| what).collect();
-    let long = ["x".repeat(64), "x".repeat(36)];
+    let long = ["x".repeat(BYTES_MAX), "x".repeat(200 - BYTES_MAX)];
     assert_eq!(sent, [bytes("abcd"), bytes("."), bytes(&long[0]), bytes(&long[1])]);
 }
 

@@ -159,11 +159,13 @@ impl Rig {
             }
             odd += ear.damage() - before;
         }
+        // A frame counts once, whatever is wrong with it.
         match what {
             Transmit::Frame(frame) if !is_known || is_forged => {
-                odd + u64::from(self.is_unexpected(line, from, frame))
+                u64::from(self.is_unexpected(line, from, frame) || odd > 0)
             }
-            _ => odd,
+            Transmit::Frame(_) => odd.min(1),
+            Transmit::Bytes(_) => odd,
         }
     }
 

@@ -11,11 +11,12 @@ use pcap_parser::{
     Block, EnhancedPacketBlock, InterfaceDescriptionBlock, Linktype, PcapBlockOwned, PcapError,
     PcapNGReader,
 };
+use std::collections::VecDeque;
 use std::fmt;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
-use wire::packet::Packet;
+use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Timestamp;
 
 /// Longest block; one of a CAN frame takes less than 200 bytes.
@@ -61,6 +62,9 @@ impl<R: Read> Read for Told<R> {
 
 impl<R: Read> ReadEntries for Reader<R> {
     fn read(&mut self) -> Result<Option<Entry>, LogError> {
+        if let Some(entry) = self.section.rest.pop_front() {
+            return Ok(Some(entry));
+        }
         loop {
             let begins_at = self.blocks.consumed() as u64;
             let at = |defect| malformed(&self.path, begins_at, defect);
@@ -102,6 +106,8 @@ impl<R: Read> ReadEntries for Reader<R> {
 struct Section {
     big_endian: bool,
     interfaces: Vec<Interface>,
+    /// What a long packet of a serial line has beyond the first entry.
+    rest: VecDeque<Entry>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -182,7 +188,7 @@ impl Section {
     fn take(&mut self, block: &Block<'_>) -> Result<Found, Defect> {
         match block {
             Block::SectionHeader(head) => {
-                *self = Self { big_endian: head.big_endian(), interfaces: Vec::new() };
+                *self = Self { big_endian: head.big_endian(), ..Self::default() };
                 Ok(Found::Described)
             }
             Block::InterfaceDescription(described) => {
@@ -213,7 +219,7 @@ impl Section {
         })
     }
 
-    fn packet(&self, packet: &EnhancedPacketBlock<'_>) -> Result<Found, Defect> {
+    fn packet(&mut self, packet: &EnhancedPacketBlock<'_>) -> Result<Found, Defect> {
         let interface = usize::try_from(packet.if_id).ok();
         let Some(interface) = interface.and_then(|index| self.interfaces.get(index)) else {
             let number = packet.if_id.to_string();
@@ -223,14 +229,12 @@ impl Section {
             ));
         };
         let data = packet.packet_data();
+        let mut parts = data.chunks(BYTES_MAX);
+        let first = parts.next().unwrap_or_default();
         let payload = if interface.link == LINKTYPE_CAN_SOCKETCAN {
             socketcan::parse(data)?
         } else if interface.link == LINKTYPE_USER0 {
-            let bytes = Packet::from_slice(data);
-            let length = || format!("{} bytes", data.len());
-            Payload::Serial(bytes.ok_or_else(|| {
-                Defect::new("at most 64 bytes of a serial line together", length())
-            })?)
+            Payload::Serial(Packet::from_slice(first).unwrap_or_default())
         } else {
             return Ok(Found::PassedOver);
         };
@@ -239,12 +243,14 @@ impl Section {
             interface.resolution.nanos(units) + i128::from(interface.offset_s) * NANOS_A_SECOND;
         let at = i64::try_from(nanos)
             .map_err(|_| Defect::new("a time before 2262", format!("{nanos} ns")))?;
-        Ok(Found::Entry(Entry {
-            at: Timestamp::from_nanos(at),
-            channel: interface.channel,
-            direction: self.direction(packet),
-            payload,
-        }))
+        let (at, channel) = (Timestamp::from_nanos(at), interface.channel);
+        let direction = self.direction(packet);
+        let entry = |payload| Entry { at, channel, direction, payload };
+        if matches!(payload, Payload::Serial(_)) {
+            let rest = parts.filter_map(Packet::from_slice).map(Payload::Serial);
+            self.rest.extend(rest.map(entry));
+        }
+        Ok(Found::Entry(entry(payload)))
     }
 
     fn direction(&self, packet: &EnhancedPacketBlock<'_>) -> Option<Direction> {

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
 use wire::can::{CanFrame, Id, StandardId};
+use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Timestamp;
 
 /// In whole microseconds.
@@ -239,4 +240,26 @@ fn channels_of_an_asc_file_have_numbers() {
         .collect();
     // can1 is 2; can0 finds 1 taken by vcan0, and gets the lowest free number.
     assert_eq!(numbers, ["1", "2", "3", "1", "8"]);
+}
+
+/// Found by a user: a file with a packet longer than those of a run could not be read at all.
+#[test]
+fn a_long_packet_of_a_serial_line_is_several_entries() {
+    let packet = Payload::Serial(Packet::from_slice(b"$").unwrap());
+    let mut bytes = written(Format::Pcapng, &numbered(0, vec![(packet, 0, 1, false)]));
+    let sentence = [b'x'; 300];
+    let length = (32 + sentence.len()) as u32;
+    // An enhanced packet block: type, length, interface, time, captured and original length, data, length.
+    let head = [6, length, 0, 0, 7_000, sentence.len() as u32, sentence.len() as u32];
+    bytes.extend(head.iter().flat_map(|word| word.to_le_bytes()));
+    bytes.extend(sentence);
+    bytes.extend(length.to_le_bytes());
+    let (entries, error) = read(Format::Pcapng, &bytes);
+    assert!(error.is_none(), "{error:?}");
+    let lengths = entries.iter().map(|entry| match &entry.payload {
+        Payload::Serial(packet) => packet.len(),
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(lengths.collect::<Vec<_>>(), [1, BYTES_MAX, BYTES_MAX, 300 - 2 * BYTES_MAX]);
+    assert!(entries[1..].iter().all(|entry| entry.at == Timestamp::from_nanos(7_000)));
 }

@@ -1,6 +1,6 @@
 //! Effect of each fault of a serial line on bytes and their times.
 
-use super::{Chance, FaultKind, Packet, SerialLine, Span, Timestamp};
+use super::{BYTES_MAX, Chance, FaultKind, Packet, SerialLine, Span, Timestamp};
 use wire::serial::SerialSettings;
 
 /// Sends `count` packets of these bytes, one per second, through one fault; returns what arrives and the fault's count.
@@ -104,8 +104,11 @@ fn what_is_sent_behind_a_late_part_arrives_behind_it() {
 
 #[test]
 fn a_full_packet_that_doubles_becomes_two() {
-    let (heard, _) = through(FaultKind::Duplicate { duplicate_percent: 100.0 }, &[9; 64], 1);
-    assert_eq!(heard.iter().map(|(_, bytes)| bytes.len()).collect::<Vec<_>>(), [64, 64]);
+    let (heard, _) = through(FaultKind::Duplicate { duplicate_percent: 100.0 }, &[9; BYTES_MAX], 1);
+    assert_eq!(
+        heard.iter().map(|(_, bytes)| bytes.len()).collect::<Vec<_>>(),
+        [BYTES_MAX, BYTES_MAX]
+    );
 }
 
 #[test]
