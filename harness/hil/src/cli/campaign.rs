@@ -369,10 +369,15 @@ impl CampaignArguments {
         for state in &done.missed {
             screen.note(&format!("the plan demands {state} sometimes, and no case reached it"));
         }
-        let outcome = ended::outcome(done);
+        let outcome = ended::outcome(done, again.is_none());
         if outcome == Outcome::Error {
             let cases = figures::counted(done.tally.cases, "case", "cases");
-            screen.note(&format!("no verdict in any of {cases}: nothing was shown"));
+            screen.note(&match done.tally.outcomes.get("error") {
+                Some(errors) if *errors < done.tally.cases => {
+                    format!("no verdict in {errors} of {cases}: they ended in an error")
+                }
+                _ => format!("no verdict in any of {cases}: nothing was shown"),
+            });
         }
         Ok(outcome)
     }
