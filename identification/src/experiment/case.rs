@@ -2,9 +2,8 @@
 
 use super::contest::{Contest, Triangle, lambda};
 use crate::dataset::Axis;
-use crate::fit::{Data, Found, fit_terms};
+use crate::fit::{Data, Found, RivalFound, fit_terms};
 use crate::linear::Basis;
-use crate::model::Shape;
 use crate::noise::Whitener;
 use crate::robust;
 use crate::select::BlockFit;
@@ -47,6 +46,8 @@ pub(crate) struct Case {
     pub sigma: f64,
     /// The distance on the given rows.
     pub now: f64,
+    /// Whether the rival was found to be behind the effect.
+    pub is_behind: bool,
 }
 
 /// Effects with rivals, the strongest first.
@@ -64,14 +65,15 @@ pub(crate) fn cases(doubts: &[Doubt<'_>]) -> Vec<Case> {
     for (doubt, index, found) in doubtful {
         for rival in &found.rivals {
             if cases.len() < PAIRS_MAX {
-                cases.extend(case(doubt, doubts[doubt], index, &rival.shape));
+                cases.extend(case(doubt, doubts[doubt], index, rival));
             }
         }
     }
     cases
 }
 
-fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<Case> {
+fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &RivalFound) -> Option<Case> {
+    let RivalFound { shape: rival, behind } = rival;
     let Doubt { data, fit } = doubt;
     let all = fit.all();
     let at = fit.base.len() + effect;
@@ -103,6 +105,7 @@ fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<
         given,
         sigma,
         now,
+        is_behind: *behind > 0.0,
     })
 }
 

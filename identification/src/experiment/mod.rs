@@ -175,9 +175,10 @@ pub(crate) fn next(
 }
 
 /// Takes the rivals that the given rows refuse with certainty from `effects` and from `cases`. They were rivals while the
-/// noise was not known as well as after the last effect.
+/// noise was not known as well as after the last effect. A rival that predicts as well as the effect, or better, is told
+/// from it by the rows as well, but not refused.
 pub(crate) fn refuse(cases: &mut Vec<Case>, effects: &mut [Effect]) {
-    for Case { pair, .. } in cases.extract_if(.., |case| case.now >= ENOUGH) {
+    for Case { pair, .. } in cases.extract_if(.., |case| case.is_behind && case.now >= ENOUGH) {
         let mine = |one: &&mut Effect| one.name == pair.effect && one.axis == pair.axis;
         for effect in effects.iter_mut().filter(mine) {
             let is_rival =
