@@ -31,6 +31,7 @@ mod sensor;
 mod set_right;
 mod settling;
 mod several_axes;
+mod simplest;
 mod standing;
 mod stated;
 mod timing;

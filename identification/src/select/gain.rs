@@ -4,8 +4,11 @@ use super::choose::simplicity;
 use super::state::State;
 use crate::judge::{Metric, margin};
 
+/// Fall in the logarithm of an error from which a model is clearly better.
+pub(super) const BETTER: f64 = 0.05;
+
 /// The model with the lowest error, or a simpler or a more usual one that is as good beyond the uncertainty of their
-/// difference.
+/// difference. A number more has to pay as a term more has: one that is not clearly worse without it is as good.
 pub(super) fn best_of<'s>(
     judged: Vec<(State<'s>, Vec<Metric>)>,
     before: &[Metric],
@@ -16,10 +19,13 @@ pub(super) fn best_of<'s>(
     let falls: Vec<f64> = judged.iter().map(|(_, after)| fall(before, after)).collect();
     let most = (0..judged.len()).max_by(|a, b| falls[*a].total_cmp(&falls[*b]))?;
     let as_good = |index: &usize| {
-        judged[*index].1.iter().zip(&judged[most].1).all(|(its, best)| {
-            let (more, error) = its.errors.beyond(&best.errors);
-            more <= 0.0 || (error.is_finite() && more <= error)
-        })
+        let (one, best) = (&judged[*index], &judged[most]);
+        let saves = numbers(&one.0) < numbers(&best.0) && falls[most] - falls[*index] <= BETTER;
+        saves
+            || one.1.iter().zip(&best.1).all(|(its, best)| {
+                let (more, error) = its.errors.beyond(&best.errors);
+                more <= 0.0 || (error.is_finite() && more <= error)
+            })
     };
     let usual = |state: &State<'_>| state.terms.last().map_or(0.0, simplicity);
     let chosen = (0..judged.len())

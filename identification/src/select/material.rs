@@ -2,7 +2,7 @@
 //! before functions, functions before shapes, each judged by its gain on held-out runs.
 
 use super::found::{Asked, Step};
-use super::gain::{best_of, fall, matters};
+use super::gain::{BETTER, best_of, fall, matters};
 use super::record::Record;
 use super::roughly::doubtful;
 use super::state::{State, is_sound};
@@ -24,8 +24,6 @@ const JUDGED: usize = 5;
 const SHARE_MIN: f64 = 0.002;
 /// A reading this many times the root mean square off is ignored.
 const GROSS: f64 = 6.0;
-/// Fall in the logarithm of an error from which a model is clearly better.
-const BETTER: f64 = 0.05;
 /// Rounds of tuning the numbers of a term.
 const SWEEPS: usize = 4;
 /// Searches for causes by their benefit to the user.
@@ -180,12 +178,15 @@ impl<'a> Material<'a> {
             shape: sample.refined(&candidate.shape),
             family: candidate.family,
         };
-        let mut labels: Vec<(String, (usize, bool))> = Vec::new();
+        let mut labels: Vec<(String, (usize, bool, bool))> = Vec::new();
         let mut found = Vec::new();
         for (_, candidate) in scored {
             let shape = &candidate.shape;
-            // Over an angle, cycles and shapes explain much the same: neither takes the other's place.
-            let (label, kind) = (shape.label(), (class(shape), shape.form == Form::Harmonic));
+            // Over an angle, cycles and shapes explain much the same, and with a number of its own, such as a time constant, a
+            // shape explains more than without: neither takes the other's place.
+            let is_tuned = !shape.nonlinear().is_empty();
+            let kind = (class(shape), shape.form == Form::Harmonic, is_tuned);
+            let label = shape.label();
             let known = labels.iter().any(|(known, _)| *known == label);
             if known || labels.iter().filter(|(_, its)| *its == kind).count() == JUDGED {
                 continue;
