@@ -145,6 +145,19 @@ fn are_alike(one: &[Shape], other: &[Shape]) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(same)
 }
 
+/// Keeps one of the models that have the same terms and differ in the weights of the readings: the one that predicts better, at
+/// the place of the first.
+pub(super) fn keep_better(path: &mut Vec<Step<'_>>) {
+    for index in (1..path.len()).rev() {
+        let is_same = |step: &Step<'_>| are_alike(&step.state.terms, &path[index].state.terms);
+        let Some(first) = path[..index].iter().position(is_same) else { continue };
+        let again = path.remove(index);
+        if fall(&path[first].metrics, &again.metrics) > 0.0 {
+            path[first] = again;
+        }
+    }
+}
+
 /// Returns the reported model with the path.
 fn reported(
     path: Vec<Step<'_>>,
@@ -174,7 +187,8 @@ fn reported(
     path.dedup_by(|one, before| are_alike(&one.state.terms, &before.state.terms));
     let mut is_plain = true;
     path.retain(|step| std::mem::take(&mut is_plain) || is_within_physics(&step.state));
-    let richest = &path[path.len() - 1].state;
+    let richest = &path[path.len() - 1].state.clone();
+    keep_better(&mut path);
     // If the residual is noise, the innovation of each reading is the most informative.
     let innovations: Vec<Metric> = path
         .iter()

@@ -1,8 +1,8 @@
 //! Rules of the search, each at work on a small record.
 
-use super::block::identify_block;
+use super::block::{identify_block, keep_better};
 use super::choose::{Contender, plainest_first};
-use super::found::Asked;
+use super::found::{Asked, Step};
 use super::jointly::{Joint, Outliers};
 use super::record::Record;
 use super::roughly::{doubtful, estimates, unreportable};
@@ -351,4 +351,27 @@ fn beside_a_low_pass_nothing_leads() {
             assert_eq!(is_within_physics(&state), stands, "{delay}");
         });
     }
+}
+
+/// The load is read with an error of its own, on which weights for slow noise rest.
+#[test]
+fn of_one_model_with_other_weights_that_stands_which_predicts_better() {
+    let load: Vec<f64> = (0..RUNS * ROWS).map(|row| (TAU * row as f64 / 150.0).sin()).collect();
+    let read: Vec<f64> = load.iter().zip(draws(1)).map(|(load, e)| load + 0.15 * e).collect();
+    let error: Vec<f64> = load.iter().zip(draws(2)).map(|(load, e)| load + NOISE * e).collect();
+    let coloured = vec![Coloured { correlation_s: 1000.0, variance: 100.0 }];
+    let noise = NoiseModel { coloured, ..NoiseModel::white(RUNS) };
+    with_state(&at_rest(&error, &[("load", &read)]), Some(noise), |plain, judge| {
+        let mut weighted = plain.clone();
+        weighted.add(over("load"));
+        let mut equal = weighted.clone();
+        equal.noise = NoiseModel::white(RUNS);
+        for order in [[&weighted, &equal], [&equal, &weighted]] {
+            let [one, other] = order.map(|state| Step::new(state.clone(), judge));
+            let mut path = vec![Step::new(plain.clone(), judge), one, other];
+            keep_better(&mut path);
+            let [_, kept] = &path[..] else { panic!("{}", path.len()) };
+            assert!(!kept.state.noise.is_coloured());
+        }
+    });
 }
