@@ -184,7 +184,6 @@ fn reported(
             *step = Step::new(state, judge);
         }
     }
-    path.dedup_by(|one, before| are_alike(&one.state.terms, &before.state.terms));
     let mut is_plain = true;
     path.retain(|step| std::mem::take(&mut is_plain) || is_within_physics(&step.state));
     let richest = &path[path.len() - 1].state.clone();
