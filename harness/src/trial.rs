@@ -52,6 +52,7 @@ use crate::record::sink::Level;
 use crate::run::{Options, Prepared, Rerun, moments_of, rerun, run_to_folder};
 use crate::stopwatch::Stopwatch;
 use controller::config::Config;
+use described::hint;
 use folder::Folder;
 use rig::hosted::{HostedController, Hosting};
 use rig::operator::Answers;
@@ -206,9 +207,15 @@ impl Trial {
     ///
     /// When the folder has no run, or when its record does not hold the inputs.
     pub fn rerun(&self, recorded: &Path) -> Result<Rerun, TrialError> {
+        self.check()?;
         let folder = RunFolder::open(recorded)?;
         let (moments, records) = (moments_of(&folder)?, folder.records()?);
-        let seed = records.header().seed;
+        let header = records.header();
+        let (seed, plan) = (header.seed, self.prepared.plan.name.as_str());
+        if header.plan != plan {
+            let recorded = header.plan.clone();
+            return Err(TrialError::OtherPlan { plan: plan.to_owned(), recorded });
+        }
         Ok(rerun(&self.prepared, seed, moments, records)?)
     }
 
@@ -230,7 +237,19 @@ impl Trial {
             plan.check(IN_CODE, "").map_err(wrong)?;
             plan.check_rig(IN_CODE, "", rig).map_err(wrong)?;
         }
-        Ok(())
+        let Prepared { plan, rig, own, .. } = &self.prepared;
+        let has = |name: &str| rig.under_test().any(|(node, _)| node.name == name);
+        let Some(node) = own.names().find(|name| !has(name)) else { return Ok(()) };
+        let known: Vec<&str> = rig.under_test().map(|(node, _)| node.name.as_str()).collect();
+        let help = match rig.described(node) {
+            Some(_) => format!(
+                "it is emulated; for Rust code in its place, its rig file says `under_test = {{ in_process = true }}`, and \
+                 `described_by` in place of `emulate`"
+            ),
+            None => hint::proposal(node, &known),
+        };
+        let plan = plan.name.as_str().to_owned();
+        Err(TrialError::NoSuchNode { plan, node: node.to_owned(), help })
     }
 }
 

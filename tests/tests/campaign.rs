@@ -177,6 +177,7 @@ fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
         seed: 1,
         course: Span::from_secs(38).into(),
         motions: Vec::new(),
+        demanded: <_>::default(),
         tells: true,
         threads: NonZeroUsize::new(2).unwrap(),
     };

@@ -36,6 +36,7 @@ mod mutants;
 mod noticing;
 mod offsets;
 mod one_receiver;
+mod own_devices;
 mod pending_response;
 mod power_cycle;
 mod programs;

@@ -12,6 +12,7 @@ use plan::Name;
 use plan::confidence::{Z_95, wilson};
 use plan::faults::{Fault, FaultKind, Lasts, Schedule, Target, When};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use wire::time::Span;
 
@@ -32,6 +33,8 @@ pub struct EnvelopeSettings {
     /// The phases with motion, if the plan moves after a bias test. Faults act there, because an earlier one would be a
     /// fault of the test. The first phase is the earliest.
     pub motions: Vec<(Name, u32)>,
+    /// The states that the plan demands: a run that does not reach them all fails.
+    pub demanded: BTreeSet<String>,
     /// Whether the controller takes missions and reports its health, so that a failure can have been announced.
     pub tells: bool,
     /// Number of parallel runs.
@@ -99,7 +102,7 @@ pub struct Envelope {
 }
 
 impl Envelope {
-    /// The level without any fault, if too few of its runs passed.
+    /// The level without any fault, if too few of its runs passed: then no other was measured.
     pub fn fails_by_itself(&self) -> Option<&Level> {
         let first = self.levels.first().filter(|level| level.severity == 0.0);
         first.filter(|level| level.interval.0 < self.share)
@@ -154,8 +157,9 @@ const ROUND: u64 = 20;
 const Z_ROUND: f64 = 2.575_829_303_548_901;
 
 /// Measures the envelope of `fault` with one executor: no fault, a ladder over the whole range of severity, tenths
-/// below it if the smallest is too much, then a bisection between the last tolerated step and the next. `pulse`
-/// receives each level; returning false stops.
+/// below it if the smallest is too much, then a bisection between the last tolerated step and the next. A plan that
+/// [fails without any fault](Envelope::fails_by_itself) shows nothing about the fault: it is measured no further.
+/// `pulse` receives each level; returning false stops.
 pub fn envelope(
     executor: &impl Executor,
     fault: &Fault,
@@ -175,10 +179,9 @@ pub fn envelope(
         Some(settings.tolerates(&level))
     };
     let rung = |step: usize| severity(fault.what, step as f64 / (LADDER - 1) as f64);
-    // Without any fault: a failure there says nothing about the fault.
     let passes_by_itself = measure(0.0, &mut levels) == Some(true);
     let (mut good, mut bad) = (None, None);
-    for step in 0..LADDER {
+    for step in (0..LADDER).filter(|_| passes_by_itself) {
         match measure(rung(step), &mut levels) {
             Some(true) if bad.is_none() => good = Some(rung(step)),
             Some(false) if bad.is_none() => bad = Some(rung(step)),
@@ -209,7 +212,7 @@ pub fn envelope(
             }
         }
     }
-    if let Some(asked) = settings.asked {
+    if let Some(asked) = settings.asked.filter(|_| passes_by_itself) {
         measure(fault.what.with_severity(asked).severity(), &mut levels);
     }
     levels.sort_by(|a, b| a.severity.total_cmp(&b.severity));
@@ -246,7 +249,8 @@ fn at(
         let what = if is_reversed { fault.what.reversed() } else { fault.what };
         let struck = Fault { what, when: begin(&fault, seed, settings), ..fault.clone() };
         let faults = if severity > 0.0 { vec![struck] } else { Vec::new() };
-        Some(ended(&executor.execute(&Case { seed, schedule: Schedule { faults } })))
+        let result = executor.execute(&Case { seed, schedule: Schedule { faults } });
+        Some(ended(&result, &settings.demanded))
     };
     let mut level =
         Level { severity, passed: 0, announced: 0, silent: 0, runs: 0, interval: (0.0, 1.0) };
@@ -308,8 +312,9 @@ enum Ended {
     Silent,
 }
 
-fn ended(result: &CaseResult) -> Ended {
-    if result.passed && result.violated.is_empty() {
+fn ended(result: &CaseResult, demanded: &BTreeSet<String>) -> Ended {
+    let reached_all = demanded.is_subset(&result.reached);
+    if result.passed && result.violated.is_empty() && reached_all {
         Ended::Passed
     } else if result.announced && !result.breaks(NO_SILENT_WRONG) {
         Ended::Announced

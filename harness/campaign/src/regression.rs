@@ -23,8 +23,8 @@ pub struct Regression<'a> {
     pub case: &'a Case,
     /// How far it was shrunk.
     pub small: Small,
-    /// Options with which `hil run` runs it where it broke; empty for none.
-    pub again: &'a str,
+    /// Options with which `hil run` runs it where it broke; `None` if only Rust code can, which has its devices.
+    pub again: Option<&'a str>,
 }
 
 /// Why a case cannot be saved.
@@ -149,7 +149,11 @@ impl Regression<'_> {
             ),
             Small::Not => format!("a case that breaks `{property}`, not shrunk."),
         };
-        let again = format!("hil run PATH/{}.toml {}", self.name(), self.again);
+        let path = format!("PATH/{}.toml", self.name());
+        let again = match self.again {
+            Some(options) => format!("hil run {path} {options}"),
+            None => format!("Trial::load(\"{path}\"), with the devices of the trial that found it"),
+        };
         let again = again.trim_end();
         Ok(format!(
             "{FOUND_BY} {plan}`: {case}\n{comment}# Run it, where {plan} is run: {again}\n\n{text}"
@@ -209,7 +213,7 @@ check = { all_within = [0, 10] }
     /// The plan made from a case of `text`.
     fn regression(text: &str, case: &Case) -> Plan {
         let (plan, property, what) = ("struck", "fresh_heading", "an old one\nor two");
-        let (small, again) = (Small::Smallest, "");
+        let (small, again) = (Small::Smallest, Some(""));
         let regression =
             Regression { plan, text, project: None, property, what, case, small, again };
         let written = regression.to_toml(Path::new(".")).unwrap();
@@ -249,7 +253,7 @@ check = { all_within = [0, 10] }
             what: "an old one",
             case: &case,
             small: Small::Smallest,
-            again: "",
+            again: Some(""),
         };
         let found = |regression: &Regression<'_>, folder| {
             let saved = regression.write(folder).unwrap();
@@ -290,16 +294,19 @@ check = { all_within = [0, 10] }
             let text = one.to_toml(Path::new(".")).unwrap();
             text.lines().take(2).map(str::to_owned).collect::<Vec<_>>()
         };
-        let smallest = head(Small::Smallest, "");
+        let smallest = head(Small::Smallest, Some(""));
         assert!(smallest[0].ends_with(": the smallest case that breaks `fresh_heading`."));
         assert!(smallest[1].ends_with(".toml"), "{smallest:?}");
-        let not = head(Small::Not, "--clock real --bench window.toml");
+        let not = head(Small::Not, Some("--clock real --bench window.toml"));
         assert!(not[0].ends_with(": a case that breaks `fresh_heading`, not shrunk."), "{not:?}");
         assert!(not[1].ends_with(".toml --clock real --bench window.toml"), "{not:?}");
         assert!(
             head(Small::InPart, "")[0]
                 .ends_with("not shrunk to the end: the campaign was stopped.")
         );
+        // Found by a user: a program cannot be started in the place of Rust code.
+        let in_code = head(Small::Smallest, None);
+        assert!(in_code[1].contains("Trial::load(\"PATH/") && !in_code[1].contains("hil run"));
     }
 
     #[test]

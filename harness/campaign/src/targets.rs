@@ -1,5 +1,6 @@
 //! What the faults of a campaign strike, if not everything.
 
+use plan::Rig;
 use plan::faults::{Fault, FaultKind, KindInfo, Lines, Reach, Target};
 
 /// The targets of a campaign on one bench.
@@ -22,6 +23,12 @@ pub struct UnknownTarget {
 }
 
 impl Targets {
+    /// All targets on this rig but what its nodes under test say, and their supply.
+    pub fn of(rig: &Rig) -> Self {
+        let under_test = rig.under_test().map(|(node, _)| node.name.clone()).collect();
+        Self { asked: Vec::new(), under_test }
+    }
+
     /// The targets with these names on a bench with these lines; without names, all but what the nodes `under_test` say.
     ///
     /// # Errors

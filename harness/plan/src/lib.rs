@@ -273,8 +273,15 @@ impl Plan {
     ) -> BTreeMap<String, bool> {
         let states = judged.iter().filter(|property| property.kind() == property::Kind::Sometimes);
         let states = states.filter(|state| !reached.contains(state.name()));
-        let demands = |name: &str| self.properties.iter().any(|declared| declared.name() == name);
-        states.map(|state| (state.name().to_owned(), demands(state.name()))).collect()
+        let demanded = self.demanded();
+        states.map(|state| (state.name().to_owned(), demanded.contains(state.name()))).collect()
+    }
+
+    /// The states that the plan itself demands: a run fails that reaches not all of them, a campaign if no case does.
+    pub fn demanded(&self) -> BTreeSet<String> {
+        let is_state = |declared: &&Property| declared.kind() == property::Kind::Sometimes;
+        let states = self.properties.iter().filter(is_state);
+        states.map(|state| state.name().to_owned()).collect()
     }
 
     /// Checks that `rig` has every node, message, signal and parameter that the plan names, with the right units, and

@@ -181,6 +181,9 @@ pub trait NodeDevice: Device + Send {
     /// Switches its supply off, or on again: it starts anew, at `now`. Called when that changes.
     fn power(&mut self, now: Timestamp, on: bool);
 
+    /// Ends a device in this process that does what no device can, with these words behind its name.
+    fn disown(&mut self, _how: String) {}
+
     /// Asks it to end, at the end of the run. Returns what it did if it did not end in order, to stand behind its name:
     /// `ended with status 7 when it was asked to end`.
     fn stop(&mut self) -> Option<String> {
@@ -193,6 +196,9 @@ pub trait NodeDevice: Device + Send {
     }
 }
 
+/// Most messages of a device of a test at one instant. Assumption: a bus of 1 Mbit/s carries as many in ten seconds.
+const SENT_AT_ONCE_MAX: u32 = 100_000;
+
 /// Rust code of a test, which never ends by itself.
 struct Endless<D> {
     /// `None` while it is off.
@@ -200,6 +206,10 @@ struct Endless<D> {
     start: Arc<dyn Fn() -> D + Send + Sync>,
     /// When it was last started.
     since: Span,
+    /// The last instant at which it sent, and how much it sent then.
+    sent: (Timestamp, u32),
+    /// Why it was ended, to be told.
+    disowned: Option<String>,
 }
 
 impl<D: fmt::Debug> fmt::Debug for Endless<D> {
@@ -222,18 +232,35 @@ impl<D: Device> Device for Endless<D> {
     }
 
     fn next_wakeup(&self) -> Timestamp {
+        if self.disowned.is_some() {
+            return Timestamp::ZERO;
+        }
         let due = self.device.as_ref().map_or(Timestamp::MAX, Device::next_wakeup);
         if due == Timestamp::MAX { due } else { due + self.since }
     }
 
     fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
-        self.device.as_mut()?.transmit(now - self.since)
+        let what = self.device.as_mut()?.transmit(now - self.since)?;
+        let (at, times) = self.sent;
+        self.sent = (now, if at == now { times + 1 } else { 1 });
+        if self.sent.1 > SENT_AT_ONCE_MAX {
+            self.disown(format!(
+                "sends without an end: {SENT_AT_ONCE_MAX} messages at one instant"
+            ));
+            return None;
+        }
+        Some(what)
     }
 }
 
 impl<D: Device> NodeDevice for Endless<D> {
     fn ended(&mut self) -> Option<String> {
-        None
+        self.disowned.take()
+    }
+
+    fn disown(&mut self, how: String) {
+        self.device = None;
+        self.disowned = Some(how);
     }
 
     /// Its clock starts with it.
@@ -252,9 +279,19 @@ impl OwnDevices {
         start: impl Fn() -> D + Send + Sync + 'static,
     ) {
         let start: Arc<dyn Fn() -> D + Send + Sync> = Arc::new(start);
-        let begun =
-            move || Endless { device: Some(start()), start: Arc::clone(&start), since: Span::ZERO };
+        let begun = move || Endless {
+            device: Some(start()),
+            start: Arc::clone(&start),
+            since: Span::ZERO,
+            sent: (Timestamp::ZERO, 0),
+            disowned: None,
+        };
         self.0.insert(node.to_owned(), Arc::new(move || Box::new(begun())));
+    }
+
+    /// The nodes that they play.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
     }
 
     /// Whether a device plays this node.

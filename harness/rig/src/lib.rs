@@ -42,6 +42,7 @@ pub mod hosted;
 mod injector;
 pub mod line;
 pub mod link;
+mod misplaced;
 pub mod node;
 mod oddities;
 pub mod operator;

@@ -334,6 +334,9 @@ impl Rig {
                 Part::Controller(_) | Part::Plan | Part::Away | Part::Process(_) => None,
             };
             let Some((port, what)) = sent else { return };
+            if matches!(self.nodes[place].part, Part::Own(_)) && self.disowns(place, port, &what) {
+                return;
+            }
             self.send(now, place, port, what);
         }
     }

@@ -5,7 +5,7 @@ use super::folder::Folder;
 use super::{Trial, TrialError};
 use crate::campaign::{
     self, Case, CaseResult, Course, Executor as _, Found, Guided, Journal, Regression, Settings,
-    Space,
+    Space, Targets,
 };
 use crate::executors::Simulated;
 use crate::faults::FaultKind;
@@ -53,7 +53,8 @@ impl TrialCampaign {
         self
     }
 
-    /// Requires that the plan passes in each case, with every measurement in its band, in place of its properties.
+    /// Judges in each case whether the plan comes to its end with every measurement in its band, in place of its properties:
+    /// those are not judged then. A plan without measurements only has to come to its end.
     pub const fn must_pass(mut self) -> Self {
         self.must_pass = true;
         self
@@ -107,8 +108,8 @@ impl TrialCampaign {
         if clean.outcome != Outcome::Passed.name() {
             return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
         }
-        let lines = prepared.rig.struck();
-        let space = Space::new(plan, lines, course, FAULTS_MAX, &self.faults);
+        let (lines, targets) = (prepared.rig.struck(), Targets::of(&prepared.rig));
+        let space = Space::among(plan, lines, course, FAULTS_MAX, &self.faults, &targets);
         if space.kinds().is_empty() {
             return Err(TrialError::NothingToStrike { plan: name() });
         }
@@ -147,7 +148,7 @@ impl TrialCampaign {
                 let project = self.trial.prepared.project.as_deref();
                 let property = &property;
                 let small = found.shrunk.small();
-                let again = "";
+                let again = self.trial.prepared.own.names().next().is_none().then_some("");
                 let regression =
                     Regression { plan, text, project, property, what, case, small, again };
                 (regression.name(), regression.to_toml(folder)?)

@@ -22,6 +22,28 @@ pub enum TrialError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Rerun(#[from] RerunError),
+    /// A device of one's own for a node that the rig does not have under test.
+    #[error("the rig of {plan} has no node `{node}` under test")]
+    #[diagnostic(help("{help}"))]
+    NoSuchNode {
+        /// Name of the plan.
+        plan: String,
+        /// The name given to `with_node`.
+        node: String,
+        /// What to do.
+        help: String,
+    },
+    /// A record of another plan.
+    #[error("the record is of the plan {recorded}, and the trial of {plan}")]
+    #[diagnostic(help(
+        "rerun it with the trial of that plan: what a plan does to the devices is not in the record"
+    ))]
+    OtherPlan {
+        /// Name of the plan of the trial.
+        plan: String,
+        /// Name of that of the record.
+        recorded: String,
+    },
     /// There is no room for a temporary folder.
     #[error("failed to make a temporary folder in {}", std::env::temp_dir().display())]
     #[diagnostic(help("say where with `in_folder`, or set TMPDIR"))]

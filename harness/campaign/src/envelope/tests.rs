@@ -37,6 +37,7 @@ fn settings() -> EnvelopeSettings {
         seed: 1,
         course: Span::from_secs(10).into(),
         motions: Vec::new(),
+        demanded: BTreeSet::new(),
         tells: true,
         threads: NonZeroUsize::new(2).unwrap(),
     }
@@ -65,10 +66,28 @@ fn what_is_never_tolerated_and_what_always_is_are_told() {
     let never = By(|_| CaseResult::default());
     let never = envelope(&never, &of("drop"), &settings(), &mut |_| true);
     assert_eq!((never.tolerated, never.is_all), (None, false));
-    assert!(never.fails_by_itself().is_some());
+    assert!(never.fails_by_itself().is_some() && never.levels.len() == 1, "{never:?}");
     let always = By(|_| CaseResult { passed: true, ..CaseResult::default() });
     let always = envelope(&always, &of("drop"), &settings(), &mut |_| true);
     assert_eq!((always.tolerated, always.is_all), (Some(100.0), true));
+}
+
+/// Found by a user: a state that no run reached counted as passed at every severity.
+#[test]
+fn a_run_that_does_not_reach_what_the_plan_demands_fails() {
+    let doses = |severity: f64| {
+        let reached = (severity < 10.0).then(|| "doses".to_owned());
+        CaseResult { passed: true, reached: reached.into_iter().collect(), ..CaseResult::default() }
+    };
+    let demanding = |state: &str| EnvelopeSettings {
+        demanded: BTreeSet::from([state.to_owned()]),
+        asked: Some(50.0),
+        ..settings()
+    };
+    let found = envelope(&By(doses), &of("drop"), &demanding("doses"), &mut |_| true);
+    assert!(found.tolerates(5.0) && !found.tolerates(50.0), "{found:?}");
+    let found = envelope(&By(doses), &of("drop"), &demanding("empties"), &mut |_| true);
+    assert!(found.fails_by_itself().is_some(), "{found:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::own::taken;
 use super::progress::Screen;
 use super::say;
 use campaign::{
-    self, Case, CaseResult, Course, Envelope, EnvelopeSettings, Executor, Kept, Measured,
+    self, Case, CaseResult, Course, Envelope, EnvelopeSettings, Executor, Kept, Level, Measured,
 };
 use clap::Args;
 use harness::executors::Simulated;
@@ -103,7 +103,7 @@ impl EnvelopeArguments {
         };
         let ours = [FIGURES, JOURNAL].iter().any(|name| folder.join(name).is_file());
         let _held = taken(folder, ours)?;
-        let (course, _) = means.executor.without_faults(means.seed);
+        let (course, clean) = means.executor.without_faults(means.seed);
         let kept = Kept::open(means.executor, &folder.join(JOURNAL), &means.what)?;
         let mut all = Vec::new();
         for asked in asked {
@@ -117,6 +117,9 @@ impl EnvelopeArguments {
                     .screen
                     .note(&format!("interrupted; the same command goes on: {}", folder.display()));
                 return Ok(Outcome::Aborted);
+            }
+            if let Some(level) = envelope.fails_by_itself() {
+                return Err(means.fails_by_itself(level, &clean));
             }
             if !json {
                 say(&console::envelope_table(&envelope, asked.at_least, Style::of_stdout()))?;
@@ -237,6 +240,28 @@ impl Means<'_> {
         })
     }
 
+    /// A plan that fails without any fault shows nothing about one; `clean` is its run with the first seed.
+    fn fails_by_itself(&self, level: &Level, clean: &CaseResult) -> Failure {
+        let plan = &self.prepared.plan;
+        let Level { passed, runs, .. } = level;
+        let unreached = plan.demanded().into_iter().find(|state| !clean.reached.contains(state));
+        let why = match (clean.violated.first(), clean.never_judged.first_key_value()) {
+            (Some(broken), _) => format!("at {:.3} s: {}", broken.at_s, broken.what),
+            (None, Some((property, why))) => format!("{property} is never judged: {why}"),
+            (None, None) => match unreached {
+                Some(state) => {
+                    format!("the plan demands {state} sometimes, and the run did not reach it")
+                }
+                None => {
+                    "`hil run` of the plan shows why, with --seeds N for several seeds".to_owned()
+                }
+            },
+        };
+        let message =
+            format!("{} fails without any fault: {passed} of {runs} runs pass", plan.name);
+        Failure::arguments(message, why)
+    }
+
     fn measure(&self, kept: &Kept<'_, Simulated>, asked: &Asked, course: &Course) -> Envelope {
         let tells = self.prepared.rig.robot.is_some();
         let settings = EnvelopeSettings {
@@ -246,6 +271,7 @@ impl Means<'_> {
             seed: self.seed,
             course: course.clone(),
             motions: self.prepared.plan.motions_after_bias_test(),
+            demanded: self.prepared.plan.demanded(),
             tells,
             threads: self.threads,
         };

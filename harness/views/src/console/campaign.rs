@@ -242,12 +242,7 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
             format!("tolerated at every severity, up to {}", severity(most))
         }
         Some(most) => format!("tolerated up to {}", severity(most)),
-        None => match found.fails_by_itself() {
-            Some(level) => {
-                format!("too few runs pass without any fault: {} of {}", level.passed, level.runs)
-            }
-            None => "tolerated at no severity".to_owned(),
-        },
+        None => "tolerated at no severity".to_owned(),
     };
     let claim = at_least.map_or(String::new(), |least| {
         let word = if found.tolerates(least) { "holds" } else { "does not hold" };

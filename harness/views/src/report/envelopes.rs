@@ -56,13 +56,7 @@ fn table(all: &[Measured]) -> Markup {
                             (severity(most, &envelope.unit))
                             @if envelope.is_all { " (the largest that was tried)" }
                         },
-                        None => @match envelope.fails_by_itself() {
-                            Some(level) => {
-                                "too few runs pass without any fault: " (level.passed) " of "
-                                (level.runs)
-                            },
-                            None => "none of those tried",
-                        },
+                        None => "none of those tried",
                     }
                 }
                 @if asks {
@@ -103,13 +97,12 @@ fn class(one: &Measured) -> &'static str {
 fn answer(one: &Measured) -> String {
     let Envelope { kind, target, unit, share, .. } = &one.envelope;
     let share = figures::exact(100.0 * share, 3);
-    let passes = match (one.envelope.tolerated, one.envelope.fails_by_itself()) {
-        (Some(most), _) => {
+    let passes = match one.envelope.tolerated {
+        Some(most) => {
             let most = severity(most, unit);
             format!("At least {share} % of runs pass with `{kind}` on `{target}` at up to {most}.")
         }
-        (None, Some(_)) => format!("Too few runs pass without any `{kind}` on `{target}`."),
-        (None, None) => {
+        None => {
             format!(
                 "With every `{kind}` on `{target}` that was tried, fewer than {share} % of runs pass."
             )

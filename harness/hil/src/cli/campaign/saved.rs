@@ -51,7 +51,7 @@ impl CampaignArguments {
                 what: what.map_or("", |violated| violated.what.as_str()),
                 case: &found.shrunk.case,
                 small: found.shrunk.small(),
-                again: &again,
+                again: Some(&again),
             };
             saved.push(regression.write(self.regressions.as_deref().unwrap_or(folder))?);
         }
