@@ -3,7 +3,7 @@
 use super::parts::{PERIOD_S_MIN, seconds};
 use crate::error::{Mistake, Read};
 use crate::file::MessageRules;
-use crate::layout::{Message, SendKind};
+use crate::layout::{Message, SendKind, Sender};
 use crate::place::{Place, given};
 
 /// Applies the file's period and other send conditions to the message.
@@ -16,6 +16,11 @@ pub(super) fn ruled(message: &mut Message, rules: &MessageRules, place: &Place) 
             let text = format!("`{}` is sent `{name}`, and has no period", message.name);
             return Err(Mistake::new(place.key("period_s").name(), text)
                 .help("both is `send = \"cyclic_and_on_change\"`"));
+        }
+        (Some(kind), _) if kind != SendKind::Cyclic && never_changes(message) => {
+            let text = format!("`{}` has no field: it never changes", message.name);
+            return Err(Mistake::new(place.key("send"), text)
+                .help("give it a field, or a `period_s`, or say which message it `answers`"));
         }
         (Some(kind), _) => message.send.kind = kind,
         // The file's period applies, whatever the DBC specifies.
@@ -36,6 +41,11 @@ pub(super) fn ruled(message: &mut Message, rules: &MessageRules, place: &Place) 
         return Err(Mistake::new(place.key("send"), text).help("add its `period_s`"));
     }
     occasions(message, rules, place)
+}
+
+/// Whether the device sends it, and it is always the same. What the host sends, a plan may repeat.
+fn never_changes(message: &Message) -> bool {
+    message.sender == Sender::Device && message.signals.is_empty()
 }
 
 /// Applies the rules for sending after a change.

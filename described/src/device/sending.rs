@@ -258,7 +258,7 @@ impl Device {
         self.numbers(model, index, &mut numbers);
         let signals = &self.description.layout().messages()[sent.message].signals;
         let is_start = |signal: usize, number: Option<u64>| {
-            number == signals[signal].number_of(signals[signal].start)
+            number == signals[signal].on_the_line(signals[signal].start)
         };
         let occasion = &mut self.senders[index].occasion;
         occasion.look(&sent.send, (now, model.step), &mut numbers, is_start);
@@ -281,7 +281,7 @@ impl Device {
             if value.is_nan() {
                 None
             } else {
-                signals[place].number_of(value.clamp(least, greatest))
+                signals[place].on_the_line(value.clamp(least, greatest))
             }
         };
         numbers.clear();

@@ -227,6 +227,18 @@ impl Signal {
         coding.raw(value, field.length(), self.scale, (self.minimum, self.maximum))
     }
 
+    /// What stands on the line for this value, as one number that is another one for another text or other bits; `None` if
+    /// the value is out of range.
+    pub(crate) fn on_the_line(&self, value: f64) -> Option<u64> {
+        match self.storage {
+            Storage::Bits { .. } => self.number_of(value),
+            // A negative zero is printed without its sign.
+            Storage::Printed { format } => {
+                self.printed(value).map(|number| format.rounded(number + 0.0).to_bits())
+            }
+        }
+    }
+
     /// True if a received value is outside the range of a sender.
     pub fn is_out_of_range(&self, value: f64) -> bool {
         let is_within = self.minimum <= value && value <= self.maximum;

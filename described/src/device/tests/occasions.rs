@@ -98,6 +98,58 @@ fn a_dbc_says_when_a_message_is_sent() {
     assert_eq!(times(3, 2), [100, 130, 160, 500]);
 }
 
+/// Found by a user: a line of text was never sent on a change.
+#[test]
+fn a_line_of_text_is_sent_on_a_change_of_what_is_printed() {
+    let lines = |keys: &str, source: &str| {
+        let text = format!(
+            "name = \"panel\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"Level\"\nsent_by = \"device\"\n\
+             text = \"L {{X:.1}}\\r\\n\"\n{keys}\n[signal.X]\n{source}\n"
+        );
+        let description = Description::parse("panel.toml", &text, &mut |_| Err(String::new()));
+        let mut device = Device::new(Arc::new(description.unwrap()), 1);
+        let of = |(at, wired): &(wire::time::Timestamp, Transmit)| match wired {
+            Transmit::Bytes(line) => {
+                let line = String::from_utf8_lossy(line.as_slice()).trim_end().to_owned();
+                ((at.as_secs_f64() * 1e3).round() as u64, line)
+            }
+            Transmit::Frame(_) => panic!("on a serial line"),
+        };
+        run(&mut device, 1.0).iter().map(of).collect::<Vec<_>>()
+    };
+    let steps = "steps = [[0, 0], [0.1, 1], [0.2, 1.04], [0.3, 0], [0.4, -0.04], [0.6, 0.06]]";
+    let expected = |of: &[(u64, &str)]| -> Vec<(u64, String)> {
+        of.iter().map(|(at, line)| (*at, (*line).to_owned())).collect()
+    };
+    // A change of less than what is printed is none.
+    let changes = lines("send = \"on_change\"", steps);
+    let seen = [(100, "L 1.0"), (300, "L 0.0"), (400, "L -0.0"), (600, "L 0.1")];
+    assert_eq!(changes, expected(&seen));
+    let events = lines("send = \"on_event\"\nfast_period_s = 0.05\nfast_times = 1", steps);
+    let seen = [100, 150, 400, 450, 600, 650];
+    assert_eq!(events.iter().map(|(at, _)| *at).collect::<Vec<_>>(), seen);
+    let both = lines("send = \"cyclic_and_on_change\"\nperiod_s = 0.45", steps);
+    let seen = [100, 300, 400, 450, 600, 900];
+    assert_eq!(both.iter().map(|(at, _)| *at).collect::<Vec<_>>(), seen);
+}
+
+#[test]
+fn what_has_no_field_is_not_sent_on_a_change() {
+    let of = |by: &str, send: &str| {
+        let text = format!(
+            "name = \"panel\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"Hello\"\nsent_by = \"{by}\"\n\
+             text = \"HELLO\\n\"\nsend = \"{send}\"\n"
+        );
+        Description::parse("panel.toml", &text, &mut |_| Err(String::new()))
+    };
+    for send in ["on_change", "on_event", "cyclic_and_on_change"] {
+        let error = of("device", send).expect_err(send);
+        assert!(error.to_string().contains("`Hello` has no field: it never changes"), "{error}");
+    }
+    // A plan sends it, and may have it repeated.
+    assert!(of("host", "on_event").is_ok());
+}
+
 #[test]
 fn what_is_heard_can_be_answered_by_a_change_at_once() {
     let rest =
