@@ -80,10 +80,15 @@ impl Format {
     pub(super) fn longest(self, number: f64) -> usize {
         if self.has_exponent() {
             let decimals = self.decimals.unwrap_or(MANTISSA_DECIMALS_UNSAID);
-            return ("-1.".len() + decimals + EXPONENT_LONGEST).max(self.width);
+            let sign = usize::from(self.plus || number < 0.0);
+            return (sign + "1.".len() + decimals + EXPONENT_LONGEST).max(self.width);
         }
         let decimals = self.decimals.unwrap_or(DECIMALS_UNSAID);
-        format!("{number:+.decimals$}").len().max(self.width)
+        let digits = match self.plus {
+            true => format!("{number:+.decimals$}"),
+            false => format!("{number:.decimals$}"),
+        };
+        digits.len().max(self.width)
     }
 
     /// Appends `number`; `false` if the packet is full.
@@ -195,6 +200,10 @@ mod tests {
             let line = format!("{text}\n");
             let whole = Match::Whole(text.len());
             assert_eq!(number_length(line.as_bytes(), format.width > 0), whole);
+        }
+        // A sign has its place only where it can stand.
+        for (format, number, length) in [(".1", 5.0, 3), ("+.1", 5.0, 4), (".1", -5.0, 4)] {
+            assert_eq!(Format::parse(format).unwrap().longest(number), length, "{format}");
         }
         for wrong in ["E.2", ".2EE", ".E"] {
             assert_eq!(Format::parse(wrong), None, "{wrong}");
