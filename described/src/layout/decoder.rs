@@ -340,7 +340,10 @@ impl Decoder {
     fn first(&mut self, at: usize) -> (usize, Found) {
         let mut best = (0, Found::Nothing);
         for (index, message) in self.layout.messages.iter().enumerate() {
-            let inside_a_line = matches!(message.carrier, Carrier::Line(_)) && !self.line_begins;
+            let inside_a_line = match &message.carrier {
+                Carrier::Line(pattern) => !self.line_begins && !pattern.has_start(),
+                _ => false,
+            };
             let is_of_another = message.told_by.is_some_and(|by| Some(by.request) != self.asked);
             if inside_a_line || is_of_another || !hears(self.sender, message) {
                 continue;

@@ -183,6 +183,25 @@ fn each_end_hears_the_other_alone() {
     assert_eq!((count(Sender::Host), count(Sender::Device)), (1, 0));
 }
 
+/// Found by a user: a receiver of NMEA 0183 takes up at `$`, whatever is before it.
+#[test]
+fn a_line_with_a_character_that_begins_it_is_found_behind_anything() {
+    let text = "name = \"wind\"\n[serial]\nbaud = 4800\n[[message]]\nname = \"W\"\nsent_by = \"device\"\n\
+        text = \"START{x:.1},R*{checksum}\\r\\n\"\nchecksum = \"xor8\"\n";
+    for (start, is_found) in [("$W,", true), ("W,", false)] {
+        let layout = described(&text.replace("START", start)).layout().clone();
+        let line = bytes(layout.encode(0, &[45.0]).unwrap());
+        let short = line.len() - 2;
+        for before in [&b"0"[..], b"$", &line[..5], &line[..short]] {
+            let (found, damaged) = heard(&layout, &[before, &line].concat());
+            let expected = if is_found { before.len() } else { before.len() + short };
+            assert_eq!((found.len() == 1, damaged >= before.len() as u64), (is_found, true));
+            assert!(damaged >= expected as u64, "{start} {damaged}");
+            assert!(!is_found || damaged == expected as u64, "{start} {damaged}");
+        }
+    }
+}
+
 #[test]
 fn a_line_is_not_read_from_its_middle() {
     let layout = described(

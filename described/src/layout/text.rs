@@ -115,6 +115,13 @@ impl Pattern {
         }
     }
 
+    /// Whether its first character begins a line wherever it stands, as `$` does in NMEA 0183: a letter or a digit may be in
+    /// the middle of another line, as `SET 5` is the end of `RESET 5`.
+    pub(crate) fn has_start(&self) -> bool {
+        let Some(Part::Literal(text)) = self.parts.first() else { return false };
+        text.first().is_some_and(|first| !first.is_ascii_alphanumeric() && *first != b' ')
+    }
+
     /// Whether the same line may be read as either: all text is the same, and numbers are in the same places.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         self.parts == other.parts
