@@ -2,9 +2,9 @@
 //!
 //! Answers that look the same are told apart by the [requests](Decoder::overhear) on the other way of the line.
 
-use super::message::{Carrier, Found, Message};
+use super::message::{Carrier, Found, Message, judge};
 use super::{Decoded, Layout, Sender};
-use crate::protection::{Received, Verdict};
+use crate::protection::Received;
 use crate::transport::{Heard, Reassembly};
 use std::collections::BTreeMap;
 use wire::can::{CanFrame, Id};
@@ -40,6 +40,8 @@ pub struct Decoder {
     /// How many frames of each message had fewer or more bytes than it has.
     short: BTreeMap<usize, u64>,
     long: BTreeMap<usize, u64>,
+    /// See [`Decoder::alone`].
+    alone: BTreeMap<usize, u64>,
     checksum_failures: u64,
     /// Messages of a serial line with a wrong checksum in the place of a message, and how many.
     spoilt: BTreeMap<usize, u64>,
@@ -61,6 +63,7 @@ impl Decoder {
             damaged: 0,
             short: BTreeMap::new(),
             long: BTreeMap::new(),
+            alone: BTreeMap::new(),
             checksum_failures: 0,
             spoilt: BTreeMap::new(),
             until_next: Some(0),
@@ -167,7 +170,11 @@ impl Decoder {
             return None;
         }
         if !j1939::is_transport(extended.into()) {
-            return self.variable(self.group(id)?, frame.data());
+            let index = self.group(id)?;
+            if self.layout.messages[index].is_in_parts() {
+                *self.alone.entry(index).or_default() += 1;
+            }
+            return self.variable(index, frame.data());
         }
         match self.reassembly.as_mut()?.frame(frame) {
             Heard::Nothing => None,
@@ -260,6 +267,12 @@ impl Decoder {
     /// How many CAN frames of a message had more bytes than it has. They count as the message.
     pub fn long(&self) -> impl Iterator<Item = (&Message, u64)> {
         self.each(&self.long)
+    }
+
+    /// How many single frames came of a parameter group that is longer: they count as the message, as far as they go. It may be
+    /// short this time, or this is a part of an NMEA 2000 fast packet.
+    pub fn alone(&self) -> impl Iterator<Item = (&Message, u64)> {
+        self.each(&self.alone)
     }
 
     fn each<'s>(
@@ -372,20 +385,4 @@ fn requests(layout: &Layout, sender: Option<Sender>) -> Option<Box<Decoder>> {
 
 fn hears(sender: Option<Sender>, message: &Message) -> bool {
     sender.is_none_or(|sender| message.sender == sender)
-}
-
-/// Checks counter and checksum among the signals of a message with these bytes. With a wrong checksum, no value counts.
-#[inline]
-fn judge(
-    message: &Message,
-    data: &[u8],
-    received: &mut Received,
-    values: &mut [Option<f64>],
-) -> Option<Verdict> {
-    let protected = message.protected.as_ref()?;
-    let verdict = protected.protection.check(data.get(message.payload())?, received);
-    if verdict == Verdict::WrongChecksum {
-        values.fill(None);
-    }
-    Some(verdict)
 }

@@ -9,7 +9,7 @@ use super::selection::Selection;
 use super::send_rule::SendRule;
 use super::signal::Signal;
 use super::text::Pattern;
-use crate::protection::{Own, Protection, Sent};
+use crate::protection::{Own, Protection, Received, Sent, Verdict};
 use crate::transport::InParts;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -362,4 +362,20 @@ pub(super) enum Found {
     WrongChecksum(usize),
     /// Complete, with this length.
     Whole(usize),
+}
+
+/// Checks counter and checksum among the signals of a message with these bytes. With a wrong checksum, no value counts.
+#[inline]
+pub(super) fn judge(
+    message: &Message,
+    data: &[u8],
+    received: &mut Received,
+    values: &mut [Option<f64>],
+) -> Option<Verdict> {
+    let protected = message.protected.as_ref()?;
+    let verdict = protected.protection.check(data.get(message.payload())?, received);
+    if verdict == Verdict::WrongChecksum {
+        values.fill(None);
+    }
+    Some(verdict)
 }

@@ -285,6 +285,19 @@ fn a_group_of_eight_bytes_may_come_in_packets_and_a_longer_one_in_a_frame() {
     assert_eq!(heard(14, &alone), (vec![vec![Some(16.0), Some(4660.0), None]], 0, 0));
 }
 
+/// Found by a user: the first frame of an NMEA 2000 fast packet counted as all of its group, and nothing said so.
+#[test]
+fn a_longer_group_that_comes_in_a_frame_is_named() {
+    let id = wire::can::ExtendedId::new(SINGLE).unwrap();
+    let frame = CanFrame::full(id, [0, 43, 1, 2, 3, 4, 5, 6]);
+    for (bytes, expected) in [(8, vec![]), (43, vec![("Dm1", 2)])] {
+        let mut ear = listener(bytes);
+        let heard = [(); 2].map(|()| ear.frame(&frame).is_some());
+        let alone: Vec<_> = ear.alone().map(|(of, count)| (&*of.name, count)).collect();
+        assert_eq!((heard, alone, ear.damaged()), ([true; 2], expected, 0));
+    }
+}
+
 /// Found by a user: none of these was counted.
 #[test]
 fn messages_that_do_not_become_whole_are_counted_once() {

@@ -30,6 +30,13 @@ impl Rig {
                 let frames = figures::counted(count, "frame", "frames");
                 format!("{node} sent {frames} of {} with more bytes than it has", message.name)
             }));
+            remarks.extend(ear.decoder.alone().map(|(message, count)| {
+                let (frames, name) = (figures::counted(count, "frame", "frames"), &message.name);
+                format!(
+                    "{node} sent {frames} of {name} with a part of its bytes: what is beyond kept its values, and \
+                     fast packets of NMEA 2000 are not put together"
+                )
+            }));
             remarks.extend(ear.decoder.spoilt().map(|(message, count)| {
                 let times = figures::times(count);
                 format!("{times} {node}.{} had a wrong checksum, and did not count", message.name)
