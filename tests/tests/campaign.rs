@@ -80,7 +80,7 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
         what: &violated[0].what,
         case: &shrunk.case,
         small: shrunk.small(),
-        again: "",
+        again: Some(""),
     };
     let text = regression.to_toml(".".as_ref()).unwrap();
     let plan =

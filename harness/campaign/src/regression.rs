@@ -301,7 +301,7 @@ check = { all_within = [0, 10] }
         assert!(not[0].ends_with(": a case that breaks `fresh_heading`, not shrunk."), "{not:?}");
         assert!(not[1].ends_with(".toml --clock real --bench window.toml"), "{not:?}");
         assert!(
-            head(Small::InPart, "")[0]
+            head(Small::InPart, Some(""))[0]
                 .ends_with("not shrunk to the end: the campaign was stopped.")
         );
         // Found by a user: a program cannot be started in the place of Rust code.
