@@ -242,10 +242,9 @@ impl Trial {
         let Some(node) = own.names().find(|name| !has(name)) else { return Ok(()) };
         let known: Vec<&str> = rig.under_test().map(|(node, _)| node.name.as_str()).collect();
         let help = match rig.described(node) {
-            Some(_) => format!(
-                "it is emulated; for Rust code in its place, its rig file says `under_test = {{ in_process = true }}`, and \
-                 `described_by` in place of `emulate`"
-            ),
+            Some(_) => "it is emulated; for Rust code in its place, its rig file says `under_test = { in_process = true }`, \
+                        and `described_by` in place of `emulate`"
+                .to_owned(),
             None => hint::proposal(node, &known),
         };
         let plan = plan.name.as_str().to_owned();
