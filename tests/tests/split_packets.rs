@@ -1,5 +1,6 @@
 //! A program that takes what one read returns for a whole packet passes as long as packets arrive whole.
 
+use crate::uart_settings::RIG;
 use harness::{Trial, TrialRun};
 use tests::project;
 
@@ -27,25 +28,10 @@ checksum = "sum8"
 expression = "Told.Level"
 "#;
 
-const RIG: &str = r#"
-title = "A sensor and its program"
-[[line]]
-name = "uart"
-serial = {}
-[[node]]
-name = "sensor"
-at = "uart"
-emulate = "sensor"
-[[node]]
-name = "program"
-at = "uart"
-under_test = { command = ['python3', '-c', '''HOST''', '{uart}'] }
-"#;
-
 const PLAN: &str = r#"
 name = "split"
 title = "Each reading is answered"
-rig = "split"
+rig = "sets"
 steps = [{ wait = { duration_s = 8.55 } }, { wait = { duration_s = 1.5 }, label = "late" }]
 [[measurement]]
 name = "answers"
@@ -88,7 +74,7 @@ fn trial(reads: &str, fault: &str) -> Trial {
     );
     let folder = project::of([
         ("devices/sensor.toml", SENSOR),
-        ("rigs/split.toml", &RIG.replace("HOST", &host)),
+        ("rigs/sets.toml", &RIG.replace("HOST", &host)),
         ("plan.toml", &format!("{PLAN}{fault}")),
     ]);
     project::load(&folder, "plan.toml").unwrap_or_else(|error| panic!("{error:?}"))

@@ -28,7 +28,7 @@ period_s = 0.1
 expression = "Set.To"
 "#;
 
-const RIG: &str = r#"
+pub const RIG: &str = r#"
 title = "A sensor and its program"
 [[line]]
 name = "uart"

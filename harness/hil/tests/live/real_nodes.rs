@@ -1,6 +1,6 @@
 //! One rig file serves virtual time and a bench that has some of its nodes.
 
-use crate::real_ports::{ALL, Bench, block_on, charges, serve};
+use crate::real_ports::{Bench, charges};
 use crate::{hil, shown, summary};
 use ports::slcan::SlcanAdapter;
 use skips::in_time;
@@ -18,31 +18,14 @@ fn a_node_that_a_bench_has_is_not_emulated_there() {
         let bench = Bench::with_a_charger();
         has_real(&bench, "d");
         bench.emulates_in_its_rig_file();
-        let mut child = block_on(async {
-            let mut port = bench.adapter();
-            let mut child = bench.start();
-            serve(&mut child, ALL, &mut port, charges).await;
-            child
-        });
+        let mut child = bench.served(charges);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         let heard = summary(&bench.out);
         assert_eq!(heard["bench"]["real"], serde_json::json!(["d"]), "{heard}");
         assert!(heard["notes"].is_null(), "{heard}");
         // Its silence is nobody else's.
-        let mut child = block_on(async {
-            let mut port = bench.adapter();
-            let mut child = bench.start();
-            serve(
-                &mut child,
-                ALL,
-                &mut port,
-                async |port: &mut SlcanAdapter| {
-                    while port.receive().await.is_ok() {}
-                },
-            )
-            .await;
-            child
-        });
+        let mut child =
+            bench.served(async |port: &mut SlcanAdapter| while port.receive().await.is_ok() {});
         assert_eq!(child.wait().unwrap().code(), Some(1));
         let recorded = hil().arg("check").arg(&bench.out).output().unwrap();
         assert_eq!(recorded.status.code(), Some(1), "{}", shown(&recorded));

@@ -17,7 +17,7 @@ use wire::time::Timestamp;
 const LIMIT: Duration = Duration::from_secs(60);
 const TURN: Duration = Duration::from_millis(50);
 /// To the end of the run.
-pub const ALL: u32 = u32::MAX;
+const ALL: u32 = u32::MAX;
 /// Of a run that is not about lateness, ms.
 const PATIENT: u32 = 5_000;
 
@@ -149,7 +149,7 @@ impl Bench {
         run
     }
 
-    pub fn start(&self) -> Child {
+    fn start(&self) -> Child {
         self.command().spawn().unwrap()
     }
 
@@ -157,8 +157,18 @@ impl Bench {
         PtyPort::open(Some(&self.link)).unwrap()
     }
 
-    pub fn adapter(&self) -> SlcanAdapter {
+    fn adapter(&self) -> SlcanAdapter {
         SlcanAdapter::open(Some(&self.link)).unwrap()
+    }
+
+    /// A run with an adapter behind which `turn` plays the device.
+    pub fn served(&self, turn: impl AsyncFn(&mut SlcanAdapter)) -> Child {
+        block_on(async {
+            let mut port = self.adapter();
+            let mut child = self.start();
+            serve(&mut child, ALL, &mut port, turn).await;
+            child
+        })
     }
 
     /// The summary of a run that ended as an error of the bench, and its reason.
@@ -171,13 +181,13 @@ impl Bench {
     }
 }
 
-pub fn block_on<T>(test: impl Future<Output = T>) -> T {
+fn block_on<T>(test: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async { tokio::time::timeout(LIMIT, test).await.expect("the run ends") })
 }
 
 /// Serves a device for so many turns, or until the run has ended.
-pub async fn serve<P>(child: &mut Child, turns: u32, port: &mut P, turn: impl AsyncFn(&mut P)) {
+async fn serve<P>(child: &mut Child, turns: u32, port: &mut P, turn: impl AsyncFn(&mut P)) {
     for _ in 0..turns {
         if child.try_wait().unwrap().is_some() {
             return;
@@ -249,12 +259,7 @@ fn a_real_device_beside_its_emulation_is_noted() {
     in_time(|| {
         let bench = Bench::with_a_charger();
         bench.emulates_in_its_rig_file();
-        let mut child = block_on(async {
-            let mut port = bench.adapter();
-            let mut child = bench.start();
-            serve(&mut child, ALL, &mut port, charges).await;
-            child
-        });
+        let mut child = bench.served(charges);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         let notes = summary(&bench.out)["notes"].to_string();
         assert!(
@@ -277,12 +282,7 @@ fn a_frame_of_an_emulated_node_beside_a_real_one_is_noted_once() {
         std::fs::write(within("devices/other.toml"), other).unwrap();
         let ours = CHARGER.replace("0x200", "0x201");
         std::fs::write(within("devices/device.toml"), ours).unwrap();
-        let mut child = block_on(async {
-            let mut port = bench.adapter();
-            let mut child = bench.start();
-            serve(&mut child, ALL, &mut port, charges).await;
-            child
-        });
+        let mut child = bench.served(charges);
         child.wait().unwrap();
         let notes = summary(&bench.out)["notes"].to_string();
         assert_eq!(notes.matches("with the identifier 0x200 of e").count(), 1, "{notes}");
