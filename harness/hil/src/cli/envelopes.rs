@@ -258,7 +258,7 @@ impl Means<'_> {
             },
         };
         let message =
-            format!("{} fails without any fault: {passed} of {runs} runs pass", plan.name);
+            format!("too few runs of {} pass without the fault: {passed} of {runs}", plan.name);
         Failure::arguments(message, why)
     }
 
