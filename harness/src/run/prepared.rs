@@ -2,7 +2,6 @@
 
 use super::declared;
 use super::rig_of::{RigError, load_rig};
-use crate::bench_file::Foreign;
 use crate::calibrations::{self, CalibrationError};
 use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source};
 use crate::made::Made;
@@ -21,6 +20,7 @@ use emulators::device_file::Devices;
 use identification::model::Model;
 #[cfg(feature = "live")]
 use live::world::{LineSite, Player, PortPlans, Setting, Site};
+use plan::bench_file::Foreign;
 use rig::bench::Bench;
 use rig::crossing::CrossedLine;
 use rig::director::Director;
