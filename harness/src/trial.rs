@@ -238,9 +238,8 @@ impl Trial {
             plan.check_rig(IN_CODE, "", rig).map_err(wrong)?;
         }
         let Prepared { plan, rig, own, .. } = &self.prepared;
-        let has = |name: &str| rig.under_test().any(|(node, _)| node.name == name);
-        let Some(node) = own.names().find(|name| !has(name)) else { return Ok(()) };
-        let known: Vec<&str> = rig.under_test().map(|(node, _)| node.name.as_str()).collect();
+        let known = rig.under_test_names();
+        let Some(node) = own.names().find(|name| !known.contains(name)) else { return Ok(()) };
         let help = match rig.described(node) {
             Some(_) => "it is emulated; for Rust code in its place, its rig file says `under_test = { in_process = true }`, \
                         and `described_by` in place of `emulate`"

@@ -1,12 +1,11 @@
 //! A program that takes what one read returns for a whole packet passes as long as packets arrive whole.
 
-use crate::uart_settings::RIG;
-use harness::{Trial, TrialRun};
-use tests::project;
+use crate::uart_settings::run_on;
+use harness::TrialRun;
 
 const SENSOR: &str = r#"
 name = "sensor"
-title = "It sends ten readings a second, and is told each"
+title = "It sends ten readings a second, and hears an answer to each"
 [serial]
 baud = 19200
 [[message]]
@@ -35,7 +34,7 @@ rig = "sets"
 steps = [{ wait = { duration_s = 8.55 } }, { wait = { duration_s = 1.5 }, label = "late" }]
 [[measurement]]
 name = "answers"
-doc = "What the sensor is told"
+doc = "What the program answers"
 quantity = "program.Level"
 unit = "1"
 check = { all_within = [0, 100] }
@@ -63,7 +62,7 @@ const ONE_READ: &str = "
         answer(packet)
 ";
 
-fn trial(reads: &str, fault: &str) -> Trial {
+fn run(reads: &str, fault: &str) -> TrialRun {
     let host = format!(
         "import os, sys, tty\n\
          port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n\
@@ -72,16 +71,7 @@ fn trial(reads: &str, fault: &str) -> Trial {
          def answer(packet):\n    told = bytes([0x55, packet[2]])\n    os.write(port, told + told[1:])\n\
          while True:{reads}"
     );
-    let folder = project::of([
-        ("devices/sensor.toml", SENSOR),
-        ("rigs/sets.toml", &RIG.replace("HOST", &host)),
-        ("plan.toml", &format!("{PLAN}{fault}")),
-    ]);
-    project::load(&folder, "plan.toml").unwrap_or_else(|error| panic!("{error:?}"))
-}
-
-fn run(reads: &str, fault: &str) -> TrialRun {
-    trial(reads, fault).run().unwrap_or_else(|error| panic!("{error:?}"))
+    run_on(SENSOR, &host, &format!("{PLAN}{fault}"))
 }
 
 fn split(target: &str, toward: &str) -> String {

@@ -28,7 +28,7 @@ period_s = 0.1
 expression = "Set.To"
 "#;
 
-pub const RIG: &str = r#"
+const RIG: &str = r#"
 title = "A sensor and its program"
 [[line]]
 name = "uart"
@@ -73,7 +73,7 @@ fn run(speed: &str, modes: &str, first: &str) -> TrialRun {
     run_on(SENSOR, &host, PLAN)
 }
 
-fn run_on(sensor: &str, host: &str, plan: &str) -> TrialRun {
+pub fn run_on(sensor: &str, host: &str, plan: &str) -> TrialRun {
     let folder = project::of([
         ("devices/sensor.toml", sensor),
         ("rigs/sets.toml", &RIG.replace("HOST", host)),

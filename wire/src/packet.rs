@@ -1,6 +1,6 @@
 //! A bounded run of serial bytes, sent in one piece.
 
-/// Maximum length: the longest exchange of any codec here, with room to spare.
+/// Maximum length. A sentence of NMEA 0183 has up to 82 bytes; no exchange of a codec here is longer.
 pub const BYTES_MAX: usize = 128;
 
 /// Up to [`BYTES_MAX`] bytes; excess input is refused, never cut.

@@ -25,7 +25,7 @@ pub struct UnknownTarget {
 impl Targets {
     /// All targets on this rig but what its nodes under test say, and their supply.
     pub fn of(rig: &Rig) -> Self {
-        let under_test = rig.under_test().map(|(node, _)| node.name.clone()).collect();
+        let under_test = rig.under_test_names().into_iter().map(str::to_owned).collect();
         Self { asked: Vec::new(), under_test }
     }
 

@@ -375,6 +375,11 @@ impl Rig {
         self.under_test().filter(is_away).map(|(node, _)| node.name.as_str())
     }
 
+    /// Names of the nodes under test, except the paper's controller.
+    pub fn under_test_names(&self) -> Vec<&str> {
+        self.under_test().map(|(node, _)| node.name.as_str()).collect()
+    }
+
     /// The nodes under test, except the paper's controller.
     pub fn under_test(&self) -> impl Iterator<Item = (&RigNode, &UnderTest)> {
         self.nodes.iter().filter_map(|node| match &node.part {

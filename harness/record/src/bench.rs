@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 pub struct Bench {
     /// Start of the run by the clock of the machine, UTC: `2026-12-01T09:30:00Z` (RFC 3339).
     pub started: String,
-    /// Name of the machine; empty if it has none.
+    /// Name of the machine; may be empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub host: String,
     /// The bench file; absent without one.

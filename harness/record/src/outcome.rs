@@ -33,13 +33,6 @@ wire::words! {
 /// Exit status for bad input: an unusable plan, bench file or device file.
 pub const EXIT_BAD_INPUT: u8 = 2;
 
-impl Summary {
-    /// Its number among the runs of `hil run --repeat`.
-    pub fn repetition(&self) -> Option<u32> {
-        self.bench.as_ref()?.repetition
-    }
-}
-
 impl Outcome {
     /// The documented exit status.
     pub const fn exit_status(self) -> u8 {
@@ -135,6 +128,13 @@ pub struct Summary {
     /// What no measurement covers, one sentence each: values out of range, messages that were refused.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub notes: Vec<String>,
+}
+
+impl Summary {
+    /// Its number among the runs of `hil run --repeat`.
+    pub fn repetition(&self) -> Option<u32> {
+        self.bench.as_ref()?.repetition
+    }
 }
 
 /// Result of a property that the plan declares.

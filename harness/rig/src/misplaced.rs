@@ -7,11 +7,11 @@ use wire::device::{PortId, Transmit};
 impl Rig {
     /// Ends a device of a test that sends what its port does not carry: on a bench it could not.
     pub(super) fn disowns(&mut self, node: usize, port: PortId, what: &Transmit) -> bool {
-        let how = self.misplaced(node, port, what);
-        if let (Some(how), Part::Own(device)) = (&how, &mut self.nodes[node].part) {
-            device.guest.disown(how.clone());
+        let Some(how) = self.misplaced(node, port, what) else { return false };
+        if let Part::Own(device) = &mut self.nodes[node].part {
+            device.guest.disown(how);
         }
-        how.is_some()
+        true
     }
 
     /// What is wrong with sending this at that port of a node, to stand behind its name.

@@ -22,7 +22,7 @@ pub enum TrialError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Rerun(#[from] RerunError),
-    /// A device of one's own for a node that the rig does not have under test.
+    /// Rust code for a node that the rig does not have under test.
     #[error("the rig of {plan} has no node `{node}` under test")]
     #[diagnostic(help("{help}"))]
     NoSuchNode {

@@ -175,8 +175,8 @@ pub(crate) fn next(
 }
 
 /// Takes the rivals that the given rows refuse with certainty from `effects` and from `cases`. They were rivals while the
-/// noise was not known as well as after the last effect. A rival that predicts as well as the effect, or better, is told
-/// from it by the rows as well, but not refused.
+/// noise was not known as well as after the last effect. A rival that predicts as well as the effect, or better, is not
+/// refused, however well the rows tell the two apart.
 pub(crate) fn refuse(cases: &mut Vec<Case>, effects: &mut [Effect]) {
     for Case { pair, .. } in cases.extract_if(.., |case| case.is_behind && case.now >= ENOUGH) {
         let mine = |one: &&mut Effect| one.name == pair.effect && one.axis == pair.axis;

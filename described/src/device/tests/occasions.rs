@@ -121,7 +121,7 @@ fn a_line_of_text_is_sent_on_a_change_of_what_is_printed() {
     let expected = |of: &[(u64, &str)]| -> Vec<(u64, String)> {
         of.iter().map(|(at, line)| (*at, (*line).to_owned())).collect()
     };
-    // A change of less than what is printed is none.
+    // What changes by less than is printed is not sent.
     let changes = lines("send = \"on_change\"", steps);
     let seen = [(100, "L 1.0"), (300, "L 0.0"), (400, "L -0.0"), (600, "L 0.1")];
     assert_eq!(changes, expected(&seen));

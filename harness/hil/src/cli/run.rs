@@ -7,7 +7,7 @@ use super::failure::Failure;
 use super::operator::OperatorArguments;
 use super::progress::Screen;
 use super::seeds;
-use super::series::{Out, RUNS, Series, prepare_all};
+use super::series::{Out, RUNS, Series, prepare_all, repetitions};
 use super::setup::{Setup, SetupArguments};
 use crate::choices::one_of;
 use clap::Args;
@@ -180,7 +180,7 @@ impl RunArguments {
         for plan in &self.plans {
             let name = Path::new(plan).file_stem().unwrap_or_default().to_string_lossy();
             let seed = self.seed.unwrap_or(SEED);
-            for run in self.repeat.map_or(vec![None], |times| (1..=times).map(Some).collect()) {
+            for run in repetitions(self.repeat) {
                 RunFolder::outdate(&out.folder(&name, seed, run));
             }
         }

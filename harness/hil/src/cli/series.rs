@@ -81,6 +81,11 @@ struct Turn<'a> {
     repetition: Option<u32>,
 }
 
+/// The numbers of the runs of a plan; `None` for a single one.
+pub(super) fn repetitions(times: Option<u32>) -> Vec<Option<u32>> {
+    times.map_or_else(|| vec![None], |times| (1..=times).map(Some).collect())
+}
+
 /// Reads and checks all plans before any of them runs, so that a mistake in the last plan does not cost the hours of
 /// the others. Calibrations that earlier plans make are assumed to exist.
 ///
@@ -117,7 +122,7 @@ impl Series<'_> {
             Watch::Unwatched
         };
         let mut done = Ok(());
-        for repetition in self.repeat.map_or(vec![None], |times| (1..=times).map(Some).collect()) {
+        for repetition in repetitions(self.repeat) {
             done = self.run_all(repetition, screen, &interrupt, &watch, &mut summaries);
             if done.is_err() || interrupt.requested() {
                 break;

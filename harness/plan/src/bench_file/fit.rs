@@ -69,24 +69,26 @@ impl Rig {
     /// The first that is not in the rig, or that the plan itself or a log plays.
     pub fn with_real(mut self, nodes: &[String]) -> Result<Self, Foreign> {
         for name in nodes {
-            let can_be = |node: &&mut RigNode| {
-                matches!(node.part, NodePart::Described(_) | NodePart::UnderTest(_))
-            };
-            let mut able = self.nodes.iter_mut().filter(can_be);
-            match able.find(|node| node.name == *name && !self.is_short) {
-                Some(node) => node.part = NodePart::UnderTest(UnderTest::Attached(true)),
+            let is_it = |node: &RigNode| node.name == *name && self.can_have_real(node);
+            match self.nodes.iter().position(is_it) {
+                Some(place) => {
+                    self.nodes[place].part = NodePart::UnderTest(UnderTest::Attached(true));
+                }
                 None => return Err(self.has_no_node(name)),
             }
         }
         Ok(self)
     }
 
+    /// Whether a bench may have this node: it is emulated or under test. A plan's only device has a role of its own.
+    const fn can_have_real(&self, node: &RigNode) -> bool {
+        !self.is_short && matches!(node.part, NodePart::Described(_) | NodePart::UnderTest(_))
+    }
+
     /// Why a bench cannot have a real node of this name.
     fn has_no_node(&self, name: &str) -> Foreign {
-        let able = |node: &&RigNode| {
-            matches!(node.part, NodePart::Described(_) | NodePart::UnderTest(_)) && !self.is_short
-        };
-        let known: Vec<&str> = self.nodes.iter().filter(able).map(|node| &*node.name).collect();
+        let able = self.nodes.iter().filter(|node| self.can_have_real(node));
+        let known: Vec<&str> = able.map(|node| &*node.name).collect();
         Foreign {
             table: format!("node.{name}"),
             what: "node that can be real",

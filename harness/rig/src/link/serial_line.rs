@@ -67,20 +67,22 @@ impl SerialLine {
         if self.faulty.is_some() {
             return self.send_faulty(now, packet);
         }
-        if !self.is_full() {
-            self.busy_until = self.busy_until.max(now) + self.time_for(packet.len());
+        let until = self.busy_until.max(now) + self.time_for(packet.len());
+        if self.queue(until, packet) {
+            self.busy_until = until;
         }
-        self.queue(self.busy_until, packet);
     }
 
-    /// A packet arrives at that time, but not before those that were sent earlier.
-    fn queue(&mut self, at: Timestamp, packet: Packet) {
+    /// A packet arrives at that time, but not before those that were sent earlier. Returns `false` if it is dropped for lack of
+    /// room.
+    fn queue(&mut self, at: Timestamp, packet: Packet) -> bool {
         if self.is_full() {
             self.dropped += 1;
-            return;
+            return false;
         }
         let at = self.under_way.back().map_or(at, |(before, _)| at.max(*before));
         self.under_way.push_back((at, packet));
+        true
     }
 
     /// Marks the line busy from `at` until `until`, if it is idle at `at`. Returns `false`, with nothing done, if it is

@@ -35,7 +35,7 @@ impl CampaignArguments {
     /// What the faults of a search strike.
     pub(super) fn struck(&self, prepared: &Prepared) -> Result<Targets, Failure> {
         let rig = &prepared.rig;
-        let under_test = rig.under_test().map(|(node, _)| node.name.clone()).collect();
+        let under_test = rig.under_test_names().into_iter().map(str::to_owned).collect();
         Targets::named(&self.targets, &rig.struck(), under_test).map_err(|unknown| {
             Failure::arguments(format!("--target: {}", unknown.message), unknown.help)
         })
